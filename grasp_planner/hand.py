@@ -1,0 +1,287 @@
+"""What a hand is: URDF kinematics, coupling of its joints, contact frames and synergies, by joint name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from .exceptions import InvalidValueError, NameNotFoundError
+from .hand_description import HandDescription, find_hand, read_hand_description
+from .spatial import Array, finite_array, readonly, unit_vector
+from .synergies import SynergySpace, load_synergies
+from .urdf_file import MimicJoint, read_urdf
+
+
+@dataclass(frozen=True)
+class ContactFrame:
+    """A place of the hand that may touch the object.
+
+    Attributes:
+        name: Its name in the contact set.
+        frame: URDF frame whose origin is the fingertip (radius 0) or the centre of its sphere.
+        link: Link the frame is fixed to.
+        radius: Fingertip radius [m].
+        frame_id: Index of the frame in the Pinocchio model.
+        joint_id: Index of the joint that carries it.
+    """
+
+    name: str
+    frame: str
+    link: str
+    radius: float
+    frame_id: int
+    joint_id: int
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A robot hand: kinematics, coupling, contact frames and synergies.
+
+    The URDF is loaded with all its joints free; the coupling of [Mavrogiannis2014] section IV (DIP = PIP for
+    the DLR/HIT II) is the linear map ``q_full = coupling @ q + coupling_offset``.
+
+    Attributes:
+        description: What its description file says.
+        folder: Folder of the description file.
+        model: Pinocchio model with all URDF joints, of ``model.nv`` joints.
+        collision_model: Collision geometries (coal) of the links.
+        coupling: From independent to all joint angles, of shape (nv, n_q).
+        coupling_offset: Angles of all joints at q = 0 [rad], of shape (nv,).
+        lower: Lower limits of the independent joints [rad], of shape (n_q,).
+        upper: Upper limits [rad], of shape (n_q,).
+        palm_in_root: Pose of the palm frame P in the root frame of the URDF.
+        palm_normal: Unit normal out of the palm, in P, of shape (3,).
+        grasp_centre: Where the middle of a grasped object sits, in P [m], of shape (3,).
+    """
+
+    description: HandDescription
+    folder: Path
+    model: Any
+    collision_model: Any
+    coupling: Array
+    coupling_offset: Array
+    lower: Array
+    upper: Array
+    palm_in_root: Any
+    palm_normal: Array
+    grasp_centre: Array
+
+    @property
+    def name(self) -> str:
+        """Name of the hand."""
+        return self.description.name
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the independent joints, in the order of q."""
+        return self.description.joints
+
+    @property
+    def n_joints(self) -> int:
+        """Number of independent joints n_q."""
+        return len(self.description.joints)
+
+    @property
+    def contact_set_names(self) -> tuple[str, ...]:
+        """Names of the contact sets; the first is the default."""
+        return tuple(self.description.contact_sets)
+
+    @property
+    def synergy_set_names(self) -> tuple[str, ...]:
+        """Names of the synergy sets that come with the hand."""
+        return tuple(self.description.synergies.sets)
+
+    def joint_index(self, name: str) -> int:
+        """Return the index of an independent joint in q.
+
+        Raises:
+            NameNotFoundError: If there is no such joint; lists those that exist.
+        """
+        try:
+            return self.joint_names.index(name)
+        except ValueError:
+            raise NameNotFoundError("joint", name, self.joint_names) from None
+
+    def posture(self, angles: dict[str, float], base: Array | None = None) -> Array:
+        """Return a posture from joint angles by name.
+
+        Args:
+            angles: Angle of some joints [rad].
+            base: Angles of the others [rad], of shape (n_q,); zero if left out.
+
+        Returns:
+            Posture q [rad], of shape (n_q,).
+
+        Raises:
+            NameNotFoundError: If a joint does not exist.
+        """
+        q = np.zeros(self.n_joints) if base is None else np.array(base, dtype=float)
+        for name, angle in angles.items():
+            q[self.joint_index(name)] = angle
+        return q
+
+    def full_configuration(self, q: Array) -> Array:
+        """Return the angles of all URDF joints of a posture.
+
+        Args:
+            q: Independent joint angles [rad], of shape (n_q,).
+
+        Returns:
+            All joint angles in the order of the Pinocchio model [rad], of shape (nv,).
+        """
+        return self.coupling @ q + self.coupling_offset
+
+    def contact_frames(self, set_name: str | None = None) -> tuple[ContactFrame, ...]:
+        """Return the contact frames of one set.
+
+        Args:
+            set_name: Name of the set; the first one if left out.
+
+        Returns:
+            The frames, in the order of the description.
+
+        Raises:
+            NameNotFoundError: If there is no such set.
+            InvalidValueError: If the hand has no contact frames at all.
+        """
+        sets = self.description.contact_sets
+        if not sets or not all(sets.values()):
+            raise InvalidValueError(
+                f"contact_sets of hand {self.name}", {}, "at least one set with at least one contact frame"
+            )
+        name = set_name if set_name is not None else next(iter(sets))
+        if name not in sets:
+            raise NameNotFoundError("contact set", name, sets)
+        return tuple(
+            _contact_frame(self.model, label, entry.frame, entry.radius)
+            for label, entry in sets[name].items()
+        )
+
+    def synergies(self, set_name: str | None = None) -> SynergySpace:
+        """Return a synergy set of the hand, in the order of its joints.
+
+        Args:
+            set_name: Name of the set; the default one if left out.
+
+        Returns:
+            All synergies of the set; take the first n with ``truncated(n)``.
+
+        Raises:
+            NameNotFoundError: If there is no such set.
+            FileFormatError: If its file is malformed.
+        """
+        files = self.description.synergies
+        name = set_name if set_name is not None else files.default
+        if name is None or name not in files.sets:
+            raise NameNotFoundError("synergy set", str(name), files.sets)
+        return load_synergies(self.folder / files.sets[name]).reordered(self.joint_names)
+
+
+def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
+    """Load a hand.
+
+    Args:
+        name_or_path: Name of a hand of the package, or path of a description file (TOML).
+
+    Returns:
+        The hand.
+
+    Raises:
+        NameNotFoundError: If there is no such hand, or the description names a joint or link that does not exist.
+        FileFormatError: If the description or the URDF is malformed.
+        InvalidValueError: If joint limits or the coupling are unusable.
+    """
+    path = find_hand(name_or_path)
+    description = read_hand_description(path)
+    urdf = read_urdf(path.parent / description.urdf)
+    model = urdf.model
+    coupling, offset = _coupling(model, description.joints, urdf.mimics)
+    palm_in_root = _palm_placement(model, description.palm.link)
+    lower, upper = _limits(model, description.joints, coupling, offset)
+    return Hand(
+        description=description,
+        folder=path.parent,
+        model=model,
+        collision_model=urdf.collision_model,
+        coupling=readonly(coupling),
+        coupling_offset=readonly(offset),
+        lower=readonly(lower),
+        upper=readonly(upper),
+        palm_in_root=palm_in_root,
+        palm_normal=unit_vector("palm.normal", description.palm.normal),
+        grasp_centre=finite_array("palm.grasp_centre", description.palm.grasp_centre, (3,)),
+    )
+
+
+def _contact_frame(model: Any, name: str, frame: str, radius: float) -> ContactFrame:
+    """Look a contact frame up in the model."""
+    if not model.existFrame(frame):
+        raise NameNotFoundError("frame", frame, (f.name for f in model.frames if f.name != "universe"))
+    frame_id = model.getFrameId(frame)
+    entry = model.frames[frame_id]
+    return ContactFrame(name, frame, _carrying_link(model, entry), radius, frame_id, entry.parentJoint)
+
+
+def _carrying_link(model: Any, frame: Any) -> str:
+    """Return the nearest link with mass at or above a frame: tip frames belong to the phalanx that carries them."""
+    while frame.inertia.mass == 0.0 and frame.parentFrame > 0:
+        parent = model.frames[frame.parentFrame]
+        if parent.type == pin.FrameType.JOINT:
+            break
+        frame = parent
+    return frame.name
+
+
+def _coupling(model: Any, joints: tuple[str, ...], mimics: dict[str, MimicJoint]) -> tuple[Array, Array]:
+    """Return the map from independent joints to all joints of the model."""
+    known = tuple(model.names)[1:]
+    for name in joints:
+        if name not in known:
+            raise NameNotFoundError("joint", name, known)
+        if name in mimics:
+            raise InvalidValueError("joints", name, "joints without <mimic>; the others follow them")
+    coupling = np.zeros((model.nv, len(joints)))
+    offset = np.zeros(model.nv)
+    for index, name in enumerate(known):
+        source, multiplier, shift = name, 1.0, 0.0
+        if name in mimics:
+            source, multiplier, shift = mimics[name].source, mimics[name].multiplier, mimics[name].offset
+        if source not in joints:
+            raise InvalidValueError(
+                "joints", name, f"every moving joint listed or mimicking a listed one ({', '.join(joints)})"
+            )
+        coupling[index, joints.index(source)] = multiplier
+        offset[index] = shift
+    return coupling, offset
+
+
+def _palm_placement(model: Any, link: str) -> Any:
+    """Return the pose of the palm link in the root frame; the palm has to be fixed to the root."""
+    if not model.existFrame(link):
+        raise NameNotFoundError("link", link, (f.name for f in model.frames if f.type == pin.FrameType.BODY))
+    frame = model.frames[model.getFrameId(link)]
+    if frame.parentJoint != 0:
+        raise InvalidValueError("palm.link", link, "a link fixed to the root of the URDF")
+    return frame.placement.copy()
+
+
+def _limits(model: Any, joints: tuple[str, ...], coupling: Array, offset: Array) -> tuple[Array, Array]:
+    """Return limits of the independent joints that keep every coupled joint within its own."""
+    lower = np.full(len(joints), -np.inf)
+    upper = np.full(len(joints), np.inf)
+    for full, column in zip(*np.nonzero(coupling), strict=True):
+        ends = (np.array([model.lowerPositionLimit[full], model.upperPositionLimit[full]]) - offset[full]) / (
+            coupling[full, column]
+        )
+        lower[column] = max(lower[column], ends.min())
+        upper[column] = min(upper[column], ends.max())
+    for name, low, high in zip(joints, lower, upper, strict=True):
+        if not (np.isfinite(low) and np.isfinite(high) and low < high):
+            raise InvalidValueError(f"limits of joint {name}", (float(low), float(high)), "finite, lower < upper")
+    return lower, upper
+
+

@@ -1,0 +1,115 @@
+"""Where the contact frames are and how they move: positions, Jacobians and their derivatives, in the palm frame.
+
+Pinocchio computes the joint Jacobians; the derivatives follow from them in closed form. For a chain of 1-DoF
+joints the second derivative of a point p is ``∂²p/∂q_a∂q_b = ω_a × ∂p/∂q_b`` for a at or before b in the chain,
+which is what Pinocchio's kinematic Hessians hold (the tests compare both).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from .hand import ContactFrame, Hand
+from .spatial import Array, skew
+
+
+@dataclass(frozen=True)
+class ContactKinematics:
+    """Kinematics of n_c contact frames at one posture; palm frame, derivatives by the n_q independent joints.
+
+    Attributes:
+        position: Origins of the contact frames [m], of shape (n_c, 3).
+        linear: ∂position/∂q [m/rad], of shape (n_c, 3, n_q).
+        angular: Angular velocity per joint velocity, of shape (n_c, 3, n_q).
+        linear_derivative: ∂linear/∂q_k [m/rad²], of shape (n_q, n_c, 3, n_q), k first; None if not asked for.
+        angular_derivative: ∂angular/∂q_k [1/rad], of shape (n_q, n_c, 3, n_q); None if not asked for.
+    """
+
+    position: Array
+    linear: Array
+    angular: Array
+    linear_derivative: Array | None = None
+    angular_derivative: Array | None = None
+
+
+class HandKinematics:
+    """Kinematics of some contact frames of a hand, with its own Pinocchio workspace.
+
+    Not for use from several threads at once: each needs its own.
+    """
+
+    def __init__(self, hand: Hand, frames: Sequence[ContactFrame]) -> None:
+        self.hand = hand
+        self.frames = tuple(frames)
+        self._data = hand.model.createData()
+        supports = [hand.model.supports[frame.joint_id].tolist() for frame in self.frames]
+        self._mask = np.zeros((len(supports), 1, hand.model.nv))
+        for row, support in enumerate(supports):
+            for joint in support[1:]:
+                self._mask[row, 0, hand.model.joints[joint].idx_v] = 1.0
+        index = np.arange(hand.model.nv)
+        self._before = (index[:, None] <= index[None, :]).astype(float)[:, None, None, :]
+        self._strictly_before = (index[:, None] < index[None, :]).astype(float)[:, None, None, :]
+        placements = [hand.model.frames[frame.frame_id].placement for frame in self.frames]
+        self._mounts = [
+            (frame.joint_id, np.array(placement.translation))
+            for frame, placement in zip(self.frames, placements, strict=True)
+        ]
+        palm = hand.palm_in_root.inverse()
+        self._palm_rotation = np.array(palm.rotation)
+        self._palm_translation = np.array(palm.translation)
+
+    def compute(self, q: Array, *, angular: bool = True, derivatives: bool = False) -> ContactKinematics:
+        """Evaluate the kinematics at a posture.
+
+        Args:
+            q: Independent joint angles [rad], of shape (n_q,).
+            angular: Whether derivatives of the angular part are wanted too (fingertips with a radius).
+            derivatives: Whether the derivatives of the Jacobians are wanted.
+
+        Returns:
+            Positions, Jacobians and, if asked for, their derivatives, in the palm frame.
+        """
+        hand, data = self.hand, self._data
+        pin.computeJointJacobians(hand.model, data, hand.full_configuration(q))
+        # Columns of data.J are joint twists about the root's origin; move them into the palm frame and to p.
+        rotation = self._palm_rotation
+        omega = rotation @ data.J[3:]
+        at_origin = rotation @ data.J[:3]
+        placed = np.array([data.oMi[joint].act(offset) for joint, offset in self._mounts])
+        arm = placed @ rotation.T
+        linear_full = (at_origin - skew(arm) @ omega) * self._mask
+        angular_full = omega * self._mask
+        coupling = hand.coupling
+        position = arm + self._palm_translation
+        linear, angular_part = linear_full @ coupling, angular_full @ coupling
+        if not derivatives:
+            return ContactKinematics(position, linear, angular_part)
+        crosses = skew(omega.T)[:, None]
+        linear_derivative = self._contract(self._pair_products(crosses, linear_full, symmetric=True))
+        angular_derivative = None
+        if angular:
+            angular_derivative = self._contract(
+                self._pair_products(crosses, angular_full, symmetric=False)
+            )
+        return ContactKinematics(position, linear, angular_part, linear_derivative, angular_derivative)
+
+    def _pair_products(self, crosses: Array, columns: Array, *, symmetric: bool) -> Array:
+        """Return ω_a × column_b for all joints a before b of each contact's chain, of shape (nv, n_c, 3, nv)."""
+        products = crosses @ columns
+        products *= self._mask.transpose(2, 0, 1)[..., None]
+        if not symmetric:
+            return products * self._strictly_before
+        return products * self._before + (products * self._strictly_before).transpose(3, 1, 2, 0)
+
+    def _contract(self, tensor: Array) -> Array:
+        """Contract both joint indices of a (nv, n_c, 3, nv) tensor with the coupling."""
+        coupling = self.hand.coupling
+        n_v, n_q = coupling.shape
+        n_c = tensor.shape[1]
+        inner = (tensor.reshape(-1, n_v) @ coupling).reshape(n_v, -1)
+        return (coupling.T @ inner).reshape(n_q, n_c, 3, n_q)

@@ -1,0 +1,132 @@
+"""What is to be planned: a hand, an object, a task, and the parameters of the model; checked once, then fixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from .exceptions import InvalidValueError, NameNotFoundError
+from .hand import ContactFrame, Hand
+from .objects import GraspObject
+from .spatial import Array, finite_array, positive, readonly
+from .synergies import SynergySpace
+from .task import TaskDirection, force_task
+
+STANDARD_GRAVITY = 9.81
+"""Gravity [m/s²]."""
+
+TorqueModel = Literal["total", "internal"]
+
+
+@dataclass(frozen=True)
+class GraspParameters:
+    """Parameters of the model; the defaults are those of [Mavrogiannis2014] section IV (choice A3).
+
+    Attributes:
+        friction: Coefficient of friction μ.
+        structural_compliance: C_s [m/N].
+        joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q.
+        contact_stiffness: K_c [N/m].
+        force_weight: w_F in z = w_F F + w_C C; eq. (29).
+        task_weight: w_C.
+        gravity: Acceleration of gravity in O [m/s²], of shape (3,) (choice A4: along −z).
+        torque_model: Which torque bends the joints in eq. (10): that of the ``total`` contact force, or of the
+            ``internal`` forces only as in eq. (33) (choice A5).
+    """
+
+    friction: float = 0.8
+    structural_compliance: float = 0.1
+    joint_compliance: float | tuple[float, ...] = 0.1
+    contact_stiffness: float = 1e5
+    force_weight: float = 1e-6
+    task_weight: float = 1.0
+    gravity: Array = field(default_factory=lambda: readonly([0.0, 0.0, -STANDARD_GRAVITY]))
+    torque_model: TorqueModel = "total"
+
+    def __post_init__(self) -> None:
+        positive("friction", self.friction)
+        positive("structural_compliance", self.structural_compliance, unit="m/N")
+        for value in np.atleast_1d(self.joint_compliance):
+            positive("joint_compliance", value, zero_allowed=True, unit="rad/(N m)")
+        positive("contact_stiffness", self.contact_stiffness, zero_allowed=True, unit="N/m")
+        positive("force_weight", self.force_weight, zero_allowed=True)
+        positive("task_weight", self.task_weight, zero_allowed=True)
+        if self.force_weight == 0.0 and self.task_weight == 0.0:
+            raise InvalidValueError("force_weight, task_weight", (0.0, 0.0), "at least one of them > 0")
+        object.__setattr__(self, "gravity", finite_array("gravity", self.gravity, (3,)))
+        if self.torque_model not in ("total", "internal"):
+            raise NameNotFoundError("torque model", str(self.torque_model), ("total", "internal"))
+
+
+@dataclass(frozen=True)
+class GraspProblem:
+    """A planning problem: everything that stays fixed while the planner searches.
+
+    Attributes:
+        hand: The hand.
+        grasp_object: The object.
+        tasks: Task directions with weights.
+        n_synergies: Number of synergies n_s.
+        parameters: Parameters of the model.
+        synergy_set: Name of the synergy set; the hand's default if None.
+        contact_set: Name of the contact set; the hand's first if None.
+        synergy_space: Synergies to use instead of a named set.
+    """
+
+    hand: Hand
+    grasp_object: GraspObject
+    tasks: tuple[TaskDirection, ...] = (force_task((0.0, 1.0, 0.0)),)
+    n_synergies: int = 3
+    parameters: GraspParameters = field(default_factory=GraspParameters)
+    synergy_set: str | None = None
+    contact_set: str | None = None
+    synergy_space: SynergySpace | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tasks", tuple(self.tasks))
+        if not self.tasks:
+            raise InvalidValueError("tasks", (), "at least one task direction")
+        n_s, n_q = self.n_synergies, self.hand.n_joints
+        if isinstance(n_s, bool) or not isinstance(n_s, int) or not 1 <= n_s <= n_q:
+            raise InvalidValueError("n_synergies", n_s, f"a whole number from 1 to {n_q}")
+        if n_s < 6 and any(task.is_motion for task in self.tasks):
+            raise InvalidValueError("n_synergies", n_s, "at least 6 for a twist task (β needs rank H_s = 6)")
+        if len(self.frames) < 3:
+            raise InvalidValueError(
+                "contact_set", [frame.name for frame in self.frames], "at least three contact frames"
+            )
+        if self.synergies.n_synergies != n_s:
+            raise InvalidValueError("n_synergies", n_s, f"at most the {self.synergies.n_synergies} of the set")
+
+    @cached_property
+    def frames(self) -> tuple[ContactFrame, ...]:
+        """Contact frames that have to touch the object."""
+        return self.hand.contact_frames(self.contact_set)
+
+    @cached_property
+    def radii(self) -> Array:
+        """Fingertip radii [m], of shape (n_c,)."""
+        return readonly([frame.radius for frame in self.frames])
+
+    @cached_property
+    def synergies(self) -> SynergySpace:
+        """The first n_s synergies, in the order of the hand's joints."""
+        full = self.synergy_space
+        space = self.hand.synergies(self.synergy_set) if full is None else full.reordered(self.hand.joint_names)
+        return space.truncated(self.n_synergies)
+
+    @cached_property
+    def joint_compliance(self) -> Array:
+        """C_q of every joint [rad/(N m)], of shape (n_q,)."""
+        n_q = self.hand.n_joints
+        return finite_array(
+            "joint_compliance", np.broadcast_to(self.parameters.joint_compliance, (n_q,)), (n_q,)
+        )
+
+    @cached_property
+    def external_wrench(self) -> Array:
+        """w_ext [N, N m] in O, of shape (6,): the weight, acting at the centre of mass."""
+        return readonly(np.concatenate([self.grasp_object.mass * self.parameters.gravity, np.zeros(3)]))

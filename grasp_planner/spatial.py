@@ -1,0 +1,170 @@
+"""Small vector algebra shared by every layer: cross products, rotations, checked numbers.
+
+Conventions: SI units; wrenches and twists have their linear part first; ``T_a_b`` is the pose of b in a.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from .exceptions import InvalidValueError
+
+Array = npt.NDArray[np.float64]
+"""Array of double-precision numbers."""
+
+# The Levi-Civita symbol as a 9 x 3 matrix: (LEVI_CIVITA @ v).reshape(3, 3) is skew(v).
+_LEVI_CIVITA = np.zeros((3, 3, 3))
+_LEVI_CIVITA[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0
+_LEVI_CIVITA[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = -1.0
+_SKEW_FROM_VECTOR = np.ascontiguousarray(_LEVI_CIVITA.transpose(2, 0, 1).reshape(3, 9))
+
+
+def skew(vectors: Array) -> Array:
+    """Return the cross-product matrices of vectors: ``skew(a) @ b == a x b``.
+
+    Args:
+        vectors: Vectors, of shape (..., 3).
+
+    Returns:
+        Matrices, of shape (..., 3, 3).
+    """
+    return (vectors @ _SKEW_FROM_VECTOR).reshape(*vectors.shape[:-1], 3, 3)
+
+
+def rotation_exp(vector: Array) -> Array:
+    """Return the rotation matrix of a rotation vector (Rodrigues' formula).
+
+    Args:
+        vector: Rotation vector [rad], of shape (3,).
+
+    Returns:
+        Rotation matrix, of shape (3, 3).
+    """
+    a, b, _ = _exp_coefficients(vector)
+    hat = skew(vector)
+    return np.eye(3) + a * hat + b * (hat @ hat)
+
+
+def rotation_left_jacobian(vector: Array) -> Array:
+    """Return J_l with Exp(v + dv) = Exp(J_l(v) dv) Exp(v) to first order.
+
+    Args:
+        vector: Rotation vector v [rad], of shape (3,).
+
+    Returns:
+        Matrix, of shape (3, 3).
+    """
+    _, b, c = _exp_coefficients(vector)
+    hat = skew(vector)
+    return np.eye(3) + b * hat + c * (hat @ hat)
+
+
+def _exp_coefficients(vector: Array) -> tuple[float, float, float]:
+    """Return sin(t)/t, (1 - cos t)/t² and (t - sin t)/t³ for t = |vector|."""
+    t2 = float(vector @ vector)
+    if t2 < 1e-8:
+        return 1.0 - t2 / 6.0, 0.5 - t2 / 24.0, 1.0 / 6.0 - t2 / 120.0
+    t = math.sqrt(t2)
+    return math.sin(t) / t, (1.0 - math.cos(t)) / t2, (t - math.sin(t)) / (t2 * t)
+
+
+def rotation_between(source: Array, target: Array) -> Array:
+    """Return the smallest rotation that takes one unit vector to another.
+
+    Args:
+        source: Unit vector, of shape (3,).
+        target: Unit vector, of shape (3,).
+
+    Returns:
+        Rotation matrix R with ``R @ source == target``, of shape (3, 3).
+    """
+    cosine = float(source @ target)
+    if cosine < -1.0 + 1e-12:
+        # Half a turn about any axis normal to the source.
+        helper = np.eye(3)[int(np.argmin(np.abs(source)))]
+        axis = np.cross(source, helper)
+        axis /= np.linalg.norm(axis)
+        return 2.0 * np.outer(axis, axis) - np.eye(3)
+    hat = skew(np.cross(source, target))
+    return np.eye(3) + hat + hat @ hat / (1.0 + cosine)
+
+
+def readonly(values: npt.ArrayLike) -> Array:
+    """Return a read-only double-precision copy of an array."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def finite_array(field: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return values as a read-only array, checked for shape and finiteness.
+
+    Args:
+        field: Name used in the error.
+        values: The numbers.
+        shape: Required shape.
+
+    Returns:
+        Read-only array of that shape.
+
+    Raises:
+        InvalidValueError: If the shape differs or a number is not finite.
+    """
+    try:
+        array = readonly(values)
+    except (TypeError, ValueError):
+        raise InvalidValueError(field, values, f"numbers of shape {shape}") from None
+    if array.shape != shape:
+        raise InvalidValueError(field, array.shape, f"an array of shape {shape}")
+    if not np.isfinite(array).all():
+        raise InvalidValueError(field, array.tolist(), "finite numbers")
+    return array
+
+
+def unit_vector(field: str, values: npt.ArrayLike, size: int = 3) -> Array:
+    """Return a direction scaled to length one.
+
+    Args:
+        field: Name used in the error.
+        values: The direction, of shape (size,).
+        size: Number of components.
+
+    Returns:
+        Read-only unit vector, of shape (size,).
+
+    Raises:
+        InvalidValueError: If it is zero, not finite or of the wrong size.
+    """
+    array = finite_array(field, values, (size,))
+    length = float(np.linalg.norm(array))
+    if length < 1e-12:
+        raise InvalidValueError(field, array.tolist(), "a direction that is not zero")
+    return readonly(array / length)
+
+
+def positive(field: str, value: float, *, zero_allowed: bool = False, unit: str = "") -> float:
+    """Return a number checked to be finite and positive.
+
+    Args:
+        field: Name used in the error.
+        value: The number.
+        zero_allowed: Whether zero passes.
+        unit: Unit named in the error.
+
+    Returns:
+        The number as a float.
+
+    Raises:
+        InvalidValueError: If it is not.
+    """
+    allowed = f"a finite number {'>=' if zero_allowed else '>'} 0{f' {unit}' if unit else ''}"
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InvalidValueError(field, value, allowed) from None
+    if not math.isfinite(number) or number < 0.0 or (number == 0.0 and not zero_allowed):
+        raise InvalidValueError(field, value, allowed)
+    return number

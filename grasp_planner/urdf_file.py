@@ -1,0 +1,139 @@
+"""Reading a URDF strictly: Pinocchio for the model and its collision geometry, yourdfpy for the mimic joints."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import yourdfpy
+
+from .exceptions import FileFormatError
+
+MAX_URDF_BYTES = 20_000_000
+"""Largest URDF that is read."""
+
+
+@dataclass(frozen=True)
+class MimicJoint:
+    """A joint that follows another: angle = multiplier * source + offset.
+
+    Attributes:
+        source: Joint it follows.
+        multiplier: Gain, dimensionless.
+        offset: Angle at source = 0 [rad].
+    """
+
+    source: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class UrdfFile:
+    """A URDF as loaded.
+
+    Attributes:
+        path: The file.
+        model: Pinocchio model with every joint free (mimic off).
+        collision_model: Its collision geometries.
+        mimics: Mimic joints by name.
+    """
+
+    path: Path
+    model: Any
+    collision_model: Any
+    mimics: dict[str, MimicJoint]
+
+
+def read_urdf(path: Path) -> UrdfFile:
+    """Read a URDF of a hand.
+
+    Mimic joints are reported, not built in: Pinocchio has no kinematic Hessians for them.
+
+    Args:
+        path: URDF file.
+
+    Returns:
+        The model, its collision geometries and its mimic joints.
+
+    Raises:
+        FileFormatError: If it can't be read, is malformed, declares a document type (entities), has no moving
+            joint, a mimic of a mimic, or a joint that is not revolute.
+    """
+    text = _read_text(path)
+    robot = _parse(path, text)
+    mimics = _mimics(path, robot)
+    try:
+        model = pin.buildModelFromXML(text)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Pinocchio warns whenever it is told where meshes are
+            collision_model = pin.buildGeomFromUrdfString(
+                model, text, pin.GeometryType.COLLISION, [str(path.parent)]
+            )
+    except Exception as error:
+        raise FileFormatError(path, f"Pinocchio can't build it: {str(error).splitlines()[0]}") from None
+    if model.nv == 0:
+        raise FileFormatError(path, "has no moving joint")
+    for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
+        if joint.nq != 1 or joint.nv != 1:
+            raise FileFormatError(path, f"joint {name!r} is {joint.shortname()}, only bounded 1-DoF joints are supported")
+    return UrdfFile(path, model, collision_model, mimics)
+
+
+def _read_text(path: Path) -> str:
+    """Return the text of the file after size and document-type checks."""
+    try:
+        if path.stat().st_size > MAX_URDF_BYTES:
+            raise FileFormatError(path, f"larger than the {MAX_URDF_BYTES} bytes allowed")
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise FileFormatError(path, error.strerror or "can't be read") from None
+    except UnicodeDecodeError:
+        raise FileFormatError(path, "is not UTF-8 text") from None
+    if "<!DOCTYPE" in text.upper() or "<!ENTITY" in text.upper():
+        raise FileFormatError(path, "declares a document type or entities, which is not allowed")
+    return text
+
+
+def _parse(path: Path, text: str) -> Any:
+    """Parse the XML with yourdfpy, without meshes."""
+    logger = logging.getLogger("yourdfpy")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        loaded = yourdfpy.URDF.load(
+            str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
+        )
+        return loaded.robot
+    except Exception as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise FileFormatError(path, f"is not a valid URDF: {reason}") from None
+    finally:
+        logger.setLevel(level)
+
+
+def _mimics(path: Path, robot: Any) -> dict[str, MimicJoint]:
+    """Return the mimic joints, checked to follow a joint that exists and is free."""
+    joints = {joint.name: joint for joint in robot.joints}
+    mimics: dict[str, MimicJoint] = {}
+    for joint in robot.joints:
+        if joint.mimic is None:
+            continue
+        source = joints.get(joint.mimic.joint)
+        if source is None:
+            raise FileFormatError(path, f"joint {joint.name!r} mimics {joint.mimic.joint!r}, which does not exist")
+        if source.mimic is not None:
+            raise FileFormatError(path, f"joint {joint.name!r} mimics {source.name!r}, which is a mimic joint itself")
+        multiplier = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
+        offset = 0.0 if joint.mimic.offset is None else float(joint.mimic.offset)
+        if not (np.isfinite(multiplier) and np.isfinite(offset)) or multiplier == 0.0:
+            raise FileFormatError(path, f"joint {joint.name!r}: mimic multiplier and offset have to be finite and not 0")
+        mimics[joint.name] = MimicJoint(source.name, multiplier, offset)
+    return mimics
+
+
