@@ -101,9 +101,7 @@ def hand_jacobian(
     return np.vstack(rows)
 
 
-def fingertip_positions(
-    hand: Hand, frames: tuple[ContactFrame, ...], q: Array, palm_in_object: pin.SE3
-) -> Array:
+def fingertip_positions(hand: Hand, frames: tuple[ContactFrame, ...], q: Array, palm_in_object: pin.SE3) -> Array:
     """Return the origins of contact frames in O by Pinocchio's forward kinematics.
 
     Args:

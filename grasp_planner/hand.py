@@ -55,6 +55,7 @@ class Hand:
         upper: Upper limits [rad], of shape (n_q,).
         palm_in_root: Pose of the palm frame P in the root frame of the URDF.
         palm_normal: Unit normal out of the palm, in P, of shape (3,).
+        closing_axis: Unit axis the fingers close around, in P, of shape (3,).
         grasp_centre: Where the middle of a grasped object sits, in P [m], of shape (3,).
     """
 
@@ -68,6 +69,7 @@ class Hand:
     upper: Array
     palm_in_root: Any
     palm_normal: Array
+    closing_axis: Array
     grasp_centre: Array
 
     @property
@@ -157,8 +159,7 @@ class Hand:
         if name not in sets:
             raise NameNotFoundError("contact set", name, sets)
         return tuple(
-            _contact_frame(self.model, label, entry.frame, entry.radius)
-            for label, entry in sets[name].items()
+            _contact_frame(self.model, label, entry.frame, entry.radius) for label, entry in sets[name].items()
         )
 
     def synergies(self, set_name: str | None = None) -> SynergySpace:
@@ -213,6 +214,7 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
         upper=readonly(upper),
         palm_in_root=palm_in_root,
         palm_normal=unit_vector("palm.normal", description.palm.normal),
+        closing_axis=unit_vector("palm.closing_axis", description.palm.closing_axis),
         grasp_centre=finite_array("palm.grasp_centre", description.palm.grasp_centre, (3,)),
     )
 
@@ -283,5 +285,3 @@ def _limits(model: Any, joints: tuple[str, ...], coupling: Array, offset: Array)
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
             raise InvalidValueError(f"limits of joint {name}", (float(low), float(high)), "finite, lower < upper")
     return lower, upper
-
-

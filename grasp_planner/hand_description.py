@@ -38,6 +38,8 @@ class PalmDescription(_Strict):
     """URDF link whose frame is P; it has to be fixed to the root of the URDF."""
     normal: Vector3
     """Direction out of the palm, in P."""
+    closing_axis: Vector3
+    """Axis the fingers close around, in P; a long object lies along it."""
     grasp_centre: Vector3
     """Where the middle of a grasped object sits, in P [m]."""
 
@@ -46,7 +48,7 @@ class FingerOrder(_Strict):
     """Remark 1 of [Mavrogiannis2014]: the abduction joints of the fingers opposed to the thumb."""
 
     abduction_order: tuple[str, ...] = Field(min_length=2)
-    sign: Literal[-1, 1, -1.0, 1.0] = 1
+    sign: Literal[-1, 1] = 1
     """+1 if the abduction angle has to grow along the order, -1 if it has to fall."""
 
 

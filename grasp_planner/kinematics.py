@@ -25,15 +25,15 @@ class ContactKinematics:
         position: Origins of the contact frames [m], of shape (n_c, 3).
         linear: ∂position/∂q [m/rad], of shape (n_c, 3, n_q).
         angular: Angular velocity per joint velocity, of shape (n_c, 3, n_q).
-        linear_derivative: ∂linear/∂q_k [m/rad²], of shape (n_q, n_c, 3, n_q), k first; None if not asked for.
-        angular_derivative: ∂angular/∂q_k [1/rad], of shape (n_q, n_c, 3, n_q); None if not asked for.
+        linear_derivative: ∂linear/∂q_k [m/rad²], of shape (n_q, n_c, 3, n_q), k first; empty if not asked for.
+        angular_derivative: ∂angular/∂q_k [1/rad], of shape (n_q, n_c, 3, n_q); empty if not asked for.
     """
 
     position: Array
     linear: Array
     angular: Array
-    linear_derivative: Array | None = None
-    angular_derivative: Array | None = None
+    linear_derivative: Array
+    angular_derivative: Array
 
 
 class HandKinematics:
@@ -87,15 +87,12 @@ class HandKinematics:
         coupling = hand.coupling
         position = arm + self._palm_translation
         linear, angular_part = linear_full @ coupling, angular_full @ coupling
-        if not derivatives:
-            return ContactKinematics(position, linear, angular_part)
+        linear_derivative = angular_derivative = np.empty((0, *linear.shape))
         crosses = skew(omega.T)[:, None]
-        linear_derivative = self._contract(self._pair_products(crosses, linear_full, symmetric=True))
-        angular_derivative = None
-        if angular:
-            angular_derivative = self._contract(
-                self._pair_products(crosses, angular_full, symmetric=False)
-            )
+        if derivatives:
+            linear_derivative = self._contract(self._pair_products(crosses, linear_full, symmetric=True))
+        if derivatives and angular:
+            angular_derivative = self._contract(self._pair_products(crosses, angular_full, symmetric=False))
         return ContactKinematics(position, linear, angular_part, linear_derivative, angular_derivative)
 
     def _pair_products(self, crosses: Array, columns: Array, *, symmetric: bool) -> Array:

@@ -38,6 +38,7 @@ class GraspObject(ABC):
     """
 
     kind: ClassVar[str]
+    mass: float
 
     @abstractmethod
     def sample(self, points: Array) -> SurfaceSample:

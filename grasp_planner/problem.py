@@ -122,9 +122,7 @@ class GraspProblem:
     def joint_compliance(self) -> Array:
         """C_q of every joint [rad/(N m)], of shape (n_q,)."""
         n_q = self.hand.n_joints
-        return finite_array(
-            "joint_compliance", np.broadcast_to(self.parameters.joint_compliance, (n_q,)), (n_q,)
-        )
+        return finite_array("joint_compliance", np.broadcast_to(self.parameters.joint_compliance, (n_q,)), (n_q,))
 
     @cached_property
     def external_wrench(self) -> Array:

@@ -6,14 +6,15 @@ Conventions: SI units; wrenches and twists have their linear part first; ``T_a_b
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .exceptions import InvalidValueError
 
-Array = npt.NDArray[np.float64]
-"""Array of double-precision numbers."""
+Array = npt.NDArray[np.floating[Any]]
+"""Array of real numbers, double precision throughout."""
 
 # The Levi-Civita symbol as a 9 x 3 matrix: (LEVI_CIVITA @ v).reshape(3, 3) is skew(v).
 _LEVI_CIVITA = np.zeros((3, 3, 3))

@@ -154,9 +154,7 @@ class StateEvaluator:
                 _, slope = self._squared_synergy_force(covector, geometry, gram_inverse, synergy_jacobian)
                 value, slope = float(task.direction @ covector), -slope
             else:
-                value, slope = self._squared_synergy_force(
-                    task.direction, geometry, gram_inverse, synergy_jacobian
-                )
+                value, slope = self._squared_synergy_force(task.direction, geometry, gram_inverse, synergy_jacobian)
             total += task.weight * value
             gradient += task.weight * slope
         return total, gradient

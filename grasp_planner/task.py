@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from .exceptions import InvalidValueError, NameNotFoundError
 from .spatial import Array, positive, readonly, unit_vector
@@ -62,17 +63,17 @@ class TaskDirection:
         return self.direction[3:] if self.kind == "torque" else self.direction
 
 
-def force_task(direction: Sequence[float], weight: float = 1.0) -> TaskDirection:
+def force_task(direction: npt.ArrayLike, weight: float = 1.0) -> TaskDirection:
     """Return the task of exerting a force along a direction in O, of shape (3,)."""
     return TaskDirection("force", np.concatenate([unit_vector("force direction", direction), np.zeros(3)]), weight)
 
 
-def torque_task(direction: Sequence[float], weight: float = 1.0) -> TaskDirection:
+def torque_task(direction: npt.ArrayLike, weight: float = 1.0) -> TaskDirection:
     """Return the task of exerting a torque about a direction in O, of shape (3,)."""
     return TaskDirection("torque", np.concatenate([np.zeros(3), unit_vector("torque direction", direction)]), weight)
 
 
-def twist_task(direction: Sequence[float], weight: float = 1.0) -> TaskDirection:
+def twist_task(direction: npt.ArrayLike, weight: float = 1.0) -> TaskDirection:
     """Return the task of moving the object along a twist in O (v, ω), of shape (6,)."""
     return TaskDirection("twist", unit_vector("twist direction", direction, 6), weight)
 
@@ -256,8 +257,7 @@ class Ellipsoid:
 
 
 def transmission_ellipsoid(h_s: Array, kind: TaskKind, *, tolerance: float = 1e-9) -> Ellipsoid:
-    """Return the section of the force ellipsoid (25) or the velocity ellipsoid (24) by pure forces,
-    torques or linear velocities.
+    """Return a 3-D section of the force ellipsoid (25) or the velocity ellipsoid (24).
 
     Args:
         h_s: H_s, of shape (6, n_s).

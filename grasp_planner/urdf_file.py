@@ -72,16 +72,16 @@ def read_urdf(path: Path) -> UrdfFile:
         model = pin.buildModelFromXML(text)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pinocchio warns whenever it is told where meshes are
-            collision_model = pin.buildGeomFromUrdfString(
-                model, text, pin.GeometryType.COLLISION, [str(path.parent)]
-            )
+            collision_model = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION, [str(path.parent)])
     except Exception as error:
         raise FileFormatError(path, f"Pinocchio can't build it: {str(error).splitlines()[0]}") from None
     if model.nv == 0:
         raise FileFormatError(path, "has no moving joint")
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         if joint.nq != 1 or joint.nv != 1:
-            raise FileFormatError(path, f"joint {name!r} is {joint.shortname()}, only bounded 1-DoF joints are supported")
+            raise FileFormatError(
+                path, f"joint {name!r} is {joint.shortname()}, only bounded 1-DoF joints are supported"
+            )
     return UrdfFile(path, model, collision_model, mimics)
 
 
@@ -132,8 +132,8 @@ def _mimics(path: Path, robot: Any) -> dict[str, MimicJoint]:
         multiplier = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
         offset = 0.0 if joint.mimic.offset is None else float(joint.mimic.offset)
         if not (np.isfinite(multiplier) and np.isfinite(offset)) or multiplier == 0.0:
-            raise FileFormatError(path, f"joint {joint.name!r}: mimic multiplier and offset have to be finite and not 0")
+            raise FileFormatError(
+                path, f"joint {joint.name!r}: mimic multiplier and offset have to be finite and not 0"
+            )
         mimics[joint.name] = MimicJoint(source.name, multiplier, offset)
     return mimics
-
-

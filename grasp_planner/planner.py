@@ -1,0 +1,247 @@
+"""Planning: from a problem to the best grasp found, over one standard and several random starts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pinocchio as pin
+
+from .exceptions import InvalidValueError
+from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
+from .nlp import NlpSolution, solve_nlp
+from .problem import GraspProblem
+from .program import GraspProgram, Phase
+from .spatial import Array, positive
+from .starts import GraspStart, random_start, standard_start
+
+FEW_SYNERGIES = 4
+"""Up to this many synergies every start is first made feasible (phase one); with more, it rarely pays."""
+PHASE_ONE_GOOD_ENOUGH = 0.1
+"""Largest scaled violation after phase one from which phase two is worth trying."""
+
+
+@dataclass(frozen=True)
+class PlannerOptions:
+    """How long and how hard to search.
+
+    Attributes:
+        starts: Most starts; the first is the standard one, the others are random.
+        enough: Feasible grasps after which the best is taken and the search ends.
+        max_iterations: Most iterations of each phase from each start.
+        tolerance: Accuracy asked of the solver, in scaled units.
+        time_limit_s: Most wall time [s]; None for no limit.
+        phase_one: Whether to look for feasibility first; None decides by the number of synergies.
+    """
+
+    starts: int = 40
+    enough: int = 4
+    max_iterations: int = 200
+    tolerance: float = 1e-8
+    time_limit_s: float | None = None
+    phase_one: bool | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("starts", "enough", "max_iterations"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise InvalidValueError(name, value, "a whole number >= 1")
+        positive("tolerance", self.tolerance)
+        if self.time_limit_s is not None:
+            positive("time_limit_s", self.time_limit_s, unit="s")
+
+
+@dataclass
+class _Attempt:
+    """One start while and after it is solved."""
+
+    index: int
+    program: GraspProgram
+    z: Array
+    iterations: dict[str, int] = field(default_factory=lambda: {"one": 0, "two": 0})
+    message: str = ""
+    history: list[IterationRecord] = field(default_factory=list)
+
+
+class _Stop(Exception):
+    """Raised inside the solver's callback to leave it: cancelled, or out of time."""
+
+
+def plan_grasp(
+    problem: GraspProblem,
+    *,
+    seed: int = 0,
+    options: PlannerOptions | None = None,
+    start: GraspStart | None = None,
+    callback: Callable[[IterationRecord], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Grasp:
+    """Plan a grasp: minimise z = w_F F + w_C C (29) subject to (10), (30)–(32), by SQP from several starts.
+
+    The same problem, seed and options give the same grasp.
+
+    Args:
+        problem: What is to be planned.
+        seed: Seed of the random starts.
+        options: How hard to search.
+        start: First start; the standard start without contact if left out.
+        callback: Called after every iteration.
+        cancel: Polled at every iteration; True ends the search with the best grasp so far.
+
+    Returns:
+        The best feasible grasp found; if none was, the attempt closest to feasible. The grasp judges itself:
+        see ``feasible``, ``verdict`` and ``violations``.
+    """
+    options = options or PlannerOptions()
+    search = _Search(problem, seed, options, callback, cancel)
+    rng = np.random.default_rng(seed)
+    for index in range(options.starts):
+        first = index == 0
+        search.try_start(index, (start or standard_start(problem)) if first else random_start(problem, rng))
+        if search.finished:
+            break
+    return search.best()
+
+
+class _Search:
+    """Keeps the best grasp over the starts of one call."""
+
+    def __init__(
+        self,
+        problem: GraspProblem,
+        seed: int,
+        options: PlannerOptions,
+        callback: Callable[[IterationRecord], None] | None,
+        cancel: Callable[[], bool] | None,
+    ) -> None:
+        self.problem, self.seed, self.options = problem, seed, options
+        self.callback, self.cancel = callback, cancel
+        self.began = time.perf_counter()
+        self.tried = self.feasible = self.evaluations = 0
+        self.stopped = False
+        self.cancelled = False
+        self._best: tuple[tuple[bool, float], Grasp] | None = None
+
+    @property
+    def finished(self) -> bool:
+        """Whether no further start is to be tried."""
+        return self.stopped or self.feasible >= self.options.enough
+
+    def try_start(self, index: int, start: GraspStart) -> None:
+        """Solve from one start and keep the result if it is the best so far."""
+        program = GraspProgram(self.problem, start.palm_pose)
+        attempt = _Attempt(index, program, program.pack(start.joint_angles, start.palm_pose, start.delta_sigma))
+        self.tried += 1
+        try:
+            attempt = self._solve(attempt)
+        except _Stop:
+            self.stopped = True
+        self.evaluations += attempt.program.evaluations
+        self._keep(attempt)
+
+    def best(self) -> Grasp:
+        """Return the best grasp with the report of the whole search."""
+        assert self._best is not None
+        grasp = self._best[1]
+        assert grasp.search is not None
+        report = replace(
+            grasp.search,
+            evaluations=self.evaluations,
+            starts_tried=self.tried,
+            starts_feasible=self.feasible,
+            time_s=time.perf_counter() - self.began,
+            cancelled=self.cancelled,
+        )
+        return replace(grasp, search=report)
+
+    def _solve(self, attempt: _Attempt) -> _Attempt:
+        """Run the phases from one start."""
+        phase_one = self.options.phase_one
+        if phase_one is None:
+            phase_one = self.problem.n_synergies <= FEW_SYNERGIES
+        objective_scale = attempt.program.objective_scale(attempt.z)
+        if phase_one:
+            self._run(attempt, "one", 1.0)
+            if attempt.program.merit(attempt.z) > PHASE_ONE_GOOD_ENOUGH:
+                return attempt
+            objective_scale = attempt.program.objective_scale(attempt.z)
+        self._run(attempt, "two", objective_scale)
+        return attempt
+
+    def _run(self, attempt: _Attempt, phase: Phase, objective_scale: float) -> NlpSolution:
+        """Run one phase and move the attempt to its result."""
+        program = attempt.program
+
+        def after_iteration(z: Array) -> None:
+            attempt.z = np.array(z)
+            attempt.iterations[phase] += 1
+            record = self._record(attempt, phase)
+            attempt.history.append(record)
+            if self.callback is not None:
+                self.callback(record)
+            self._check_stop()
+
+        self._check_stop()
+        solution = solve_nlp(
+            program.build(phase, objective_scale),
+            attempt.z,
+            max_iterations=self.options.max_iterations,
+            tolerance=self.options.tolerance,
+            callback=after_iteration,
+        )
+        attempt.z, attempt.message = solution.z, solution.message
+        return solution
+
+    def _check_stop(self) -> None:
+        """Leave the solver if cancelled or out of time."""
+        if self.cancel is not None and self.cancel():
+            self.cancelled = True
+            raise _Stop
+        limit = self.options.time_limit_s
+        if limit is not None and time.perf_counter() - self.began > limit:
+            raise _Stop
+
+    def _record(self, attempt: _Attempt, phase: Phase) -> IterationRecord:
+        """Return the record of the iteration that ended at the attempt's point."""
+        program, parameters = attempt.program, self.problem.parameters
+        state = program.state(attempt.z)
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = state.geometry.rotation, state.geometry.translation
+        return IterationRecord(
+            start=attempt.index,
+            phase=phase,
+            iteration=attempt.iterations[phase],
+            objective=parameters.force_weight * state.force_norm + parameters.task_weight * state.task_index,
+            force_norm=state.force_norm,
+            task_index=state.task_index,
+            violations=program.violations(attempt.z),
+            joint_angles=np.array(state.x[program.evaluator.layout.joints]),
+            palm_pose=pose,
+        )
+
+    def _keep(self, attempt: _Attempt) -> None:
+        """Turn an attempt into a grasp and keep it if it is better than the best so far."""
+        program, layout = attempt.program, attempt.program.evaluator.layout
+        if not np.isfinite(attempt.z).all():
+            return
+        x = attempt.z * program.scale
+        grasp = Grasp(
+            problem=self.problem,
+            joint_angles=np.clip(x[layout.joints], self.problem.hand.lower, self.problem.hand.upper),
+            palm_pose=pin.SE3(program.evaluator.palm_pose(x)),
+            delta_sigma=x[layout.displacement],
+            search=SearchReport(
+                seed=self.seed,
+                iterations=attempt.iterations["two"],
+                phase_one_iterations=attempt.iterations["one"],
+                message=attempt.message,
+                history=tuple(attempt.history),
+            ),
+        )
+        feasible = grasp.is_feasible(FEASIBILITY_TOLERANCE)
+        self.feasible += feasible
+        rank = (not feasible, grasp.objective if feasible else program.merit(attempt.z))
+        if self._best is None or rank < self._best[0]:
+            self._best = (rank, grasp)

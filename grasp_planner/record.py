@@ -1,0 +1,331 @@
+"""The JSON form of a grasp: a contract of plain numbers in SI units, checked when written and when read."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import pinocchio as pin
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from .exceptions import FileFormatError
+from .grasp import Grasp, SearchReport
+from .hand import Hand, load_hand
+from .objects import parse_object
+from .problem import GraspParameters, GraspProblem
+from .spatial import readonly
+from .task import parse_task
+
+MAX_RECORD_BYTES = 5_000_000
+"""Largest grasp file that is read."""
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Optional = Number | None
+Vector3 = tuple[Number, Number, Number]
+Vector6 = tuple[Number, Number, Number, Number, Number, Number]
+
+
+class _Record(BaseModel):
+    """Frozen record that refuses unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class TaskRecord(_Record):
+    """One task direction and how well the grasp transmits it."""
+
+    text: str = Field(description="text form, for instance force:0,1,0")
+    kind: Literal["force", "torque", "twist"]
+    direction: Vector6 = Field(description="unit direction in O, linear part first")
+    weight: Number
+    transmission_ratio: Optional = Field(description="α or β; null where infinite")
+    alignment_angle_deg: Optional = Field(description="angle to the ellipsoid's longest axis; null if undefined")
+    alignment_degenerate: bool
+
+
+class PoseRecord(_Record):
+    """A pose in O."""
+
+    position: Vector3 = Field(description="m")
+    quaternion_xyzw: tuple[Number, Number, Number, Number]
+
+
+class ContactRecord(_Record):
+    """One contact, in O."""
+
+    name: str
+    link: str
+    frame: str
+    radius: Number = Field(description="fingertip radius, m")
+    point: Vector3 = Field(description="m")
+    normal: Vector3 = Field(description="unit, into the object")
+    gap: Number = Field(description="m")
+    force: Vector3 = Field(description="of the hand on the object, N")
+    normal_force: Number = Field(description="N")
+    friction_margin: Number = Field(description="μ f_n − |f_t|, N")
+
+
+class ParameterRecord(_Record):
+    """Parameters of the model."""
+
+    mu: Number
+    C_s: Number = Field(description="m/N")
+    C_q: Number | list[Number] = Field(description="rad/(N m)")
+    K_c: Number = Field(description="N/m")
+    w_F: Number
+    w_C: Number
+    gravity: Vector3 = Field(description="m/s²")
+    torque_model: Literal["total", "internal"]
+    synergy_set: str | None
+    contact_set: str
+
+
+class ViolationRecord(_Record):
+    """Largest violation of every requirement."""
+
+    surface_m: Number
+    region_m: Number
+    friction_n: Number
+    joint_limit_rad: Number
+    compliance_rad: Number
+    equilibrium_n: Number
+    equilibrium_nm: Number
+
+
+class GraspRecord(_Record):
+    """A planned grasp. Frame O: the object's centre of mass; P: the palm."""
+
+    schema_version: Literal[1] = 1
+    hand: str
+    object: str
+    task: list[TaskRecord] = Field(min_length=1)
+    n_synergies: int = Field(ge=1)
+    feasible: bool
+    status: Literal["feasible", "infeasible", "cancelled"]
+    message: str
+    force_closed: bool
+    force_closure_margin: Optional = Field(description="internal force inside the cones per unit mean f_n")
+    iterations: int = Field(ge=0, description="of phase two, from the start that gave the grasp")
+    phase_one_iterations: int = Field(ge=0)
+    evaluations: int = Field(ge=0, description="over all starts")
+    starts_tried: int = Field(ge=0)
+    starts_feasible: int = Field(ge=0)
+    time_s: Number
+    seed: int
+    objective: Number = Field(description="w_F F + w_C C")
+    force_norm: Number = Field(description="F, N")
+    force_norm_floor: Optional = Field(description="least F at these contacts, N; null if there is none")
+    task_index: Number = Field(description="C")
+    transmission_ratios: list[Optional]
+    alignment_angle_deg: Optional = Field(description="of the first task direction")
+    alignment_degenerate: bool
+    sigma: list[Number] = Field(description="rad")
+    delta_sigma: list[Number] = Field(description="rad")
+    joint_names: list[str]
+    joint_angles: list[Number] = Field(description="q, rad")
+    reference_joint_angles: list[Number] = Field(description="q_r, rad")
+    joint_torques: list[Number] = Field(description="Jᵀ f, N m")
+    palm_pose: PoseRecord = Field(description="of P in O")
+    contacts: list[ContactRecord] = Field(min_length=3)
+    external_wrench: Vector6 = Field(description="on the object in O; N, N m")
+    parameters: ParameterRecord
+    violations: ViolationRecord
+
+
+def _number(value: float) -> float | None:
+    """Return a finite number, or None."""
+    return float(value) if math.isfinite(value) else None
+
+
+def grasp_record(grasp: Grasp) -> GraspRecord:
+    """Return the record of a grasp; every number is computed by the grasp itself."""
+    problem, search = grasp.problem, grasp.search or SearchReport(seed=0)
+    quaternion = pin.Quaternion(np.array(grasp.palm_pose.rotation))
+    tasks = [
+        TaskRecord(
+            text=task.text,
+            kind=task.kind,
+            direction=task.direction.tolist(),
+            weight=task.weight,
+            transmission_ratio=_number(ratio),
+            alignment_angle_deg=_number(angle),
+            alignment_degenerate=degenerate,
+        )
+        for task, ratio, (angle, degenerate) in zip(
+            problem.tasks, grasp.transmission_ratios, grasp.alignments, strict=True
+        )
+    ]
+    return GraspRecord(
+        hand=problem.hand.name,
+        object=problem.grasp_object.text,
+        task=tasks,
+        n_synergies=problem.n_synergies,
+        feasible=grasp.feasible,
+        status=grasp.status,
+        message=grasp.verdict,
+        force_closed=grasp.force_closed,
+        force_closure_margin=_number(grasp.force_closure_margin),
+        iterations=search.iterations,
+        phase_one_iterations=search.phase_one_iterations,
+        evaluations=search.evaluations,
+        starts_tried=search.starts_tried,
+        starts_feasible=search.starts_feasible,
+        time_s=search.time_s,
+        seed=search.seed,
+        objective=grasp.objective,
+        force_norm=grasp.force_norm,
+        force_norm_floor=_number(grasp.force_norm_floor),
+        task_index=grasp.task_index,
+        transmission_ratios=[task.transmission_ratio for task in tasks],
+        alignment_angle_deg=tasks[0].alignment_angle_deg,
+        alignment_degenerate=tasks[0].alignment_degenerate,
+        sigma=grasp.sigma.tolist(),
+        delta_sigma=grasp.delta_sigma.tolist(),
+        joint_names=list(problem.hand.joint_names),
+        joint_angles=grasp.joint_angles.tolist(),
+        reference_joint_angles=grasp.reference_joint_angles.tolist(),
+        joint_torques=grasp.joint_torques.tolist(),
+        palm_pose=PoseRecord(
+            position=np.array(grasp.palm_pose.translation).tolist(),
+            quaternion_xyzw=np.array(quaternion.coeffs()).tolist(),
+        ),
+        contacts=_contact_records(grasp),
+        external_wrench=problem.external_wrench.tolist(),
+        parameters=_parameter_record(problem),
+        violations=ViolationRecord(**grasp.violations),
+    )
+
+
+def _contact_records(grasp: Grasp) -> list[ContactRecord]:
+    """Return the records of all contacts."""
+    contacts = grasp.contacts
+    return [
+        ContactRecord(
+            name=frame.name,
+            link=frame.link,
+            frame=frame.frame,
+            radius=frame.radius,
+            point=contacts.points[i].tolist(),
+            normal=contacts.normals[i].tolist(),
+            gap=float(contacts.gaps[i]),
+            force=grasp.forces[i].tolist(),
+            normal_force=float(grasp.normal_forces[i]),
+            friction_margin=float(grasp.friction_margins[i]),
+        )
+        for i, frame in enumerate(grasp.problem.frames)
+    ]
+
+
+def _parameter_record(problem: GraspProblem) -> ParameterRecord:
+    """Return the record of the parameters."""
+    parameters = problem.parameters
+    c_q = np.atleast_1d(parameters.joint_compliance).tolist()
+    named = problem.synergy_set or problem.hand.description.synergies.default
+    return ParameterRecord(
+        mu=parameters.friction,
+        C_s=parameters.structural_compliance,
+        C_q=c_q[0] if len(c_q) == 1 else c_q,
+        K_c=parameters.contact_stiffness,
+        w_F=parameters.force_weight,
+        w_C=parameters.task_weight,
+        gravity=parameters.gravity.tolist(),
+        torque_model=parameters.torque_model,
+        synergy_set=named if problem.synergy_space is None else None,
+        contact_set=problem.contact_set or problem.hand.contact_set_names[0],
+    )
+
+
+def grasp_json(grasp: Grasp) -> str:
+    """Return the JSON text of a grasp."""
+    return grasp_record(grasp).model_dump_json(indent=2) + "\n"
+
+
+def read_grasp_record(path: Path) -> GraspRecord:
+    """Read a grasp file.
+
+    Args:
+        path: JSON file.
+
+    Returns:
+        The record.
+
+    Raises:
+        FileFormatError: If it can't be read, is too large, or breaks the contract; the reason names the key.
+    """
+    try:
+        if path.stat().st_size > MAX_RECORD_BYTES:
+            raise FileFormatError(path, f"larger than the {MAX_RECORD_BYTES} bytes allowed")
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise FileFormatError(path, error.strerror or "can't be read") from None
+    except UnicodeDecodeError:
+        raise FileFormatError(path, "is not UTF-8 text") from None
+    try:
+        return GraspRecord.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise FileFormatError(path, f"key {key!r}: {first['msg']}") from None
+
+
+def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
+    """Return the grasp of a record; every derived number is computed anew.
+
+    Args:
+        record: The record.
+        hand: The hand it is for; loaded by its name if left out.
+
+    Returns:
+        The grasp, without the history of its search.
+
+    Raises:
+        GraspPlannerError: If the hand, object, task or a parameter does not exist or is out of range.
+    """
+    hand = hand or load_hand(record.hand)
+    given = record.parameters
+    parameters = GraspParameters(
+        friction=given.mu,
+        structural_compliance=given.C_s,
+        joint_compliance=tuple(given.C_q) if isinstance(given.C_q, list) else given.C_q,
+        contact_stiffness=given.K_c,
+        force_weight=given.w_F,
+        task_weight=given.w_C,
+        gravity=readonly(given.gravity),
+        torque_model=given.torque_model,
+    )
+    problem = GraspProblem(
+        hand=hand,
+        grasp_object=parse_object(record.object),
+        tasks=tuple(parse_task(task.text) for task in record.task),
+        n_synergies=record.n_synergies,
+        parameters=parameters,
+        synergy_set=given.synergy_set,
+        contact_set=given.contact_set,
+    )
+    rotation = pin.Quaternion(readonly(record.palm_pose.quaternion_xyzw)).normalized().matrix()
+    report = SearchReport(
+        seed=record.seed,
+        iterations=record.iterations,
+        phase_one_iterations=record.phase_one_iterations,
+        evaluations=record.evaluations,
+        starts_tried=record.starts_tried,
+        starts_feasible=record.starts_feasible,
+        time_s=record.time_s,
+        message=record.message,
+        cancelled=record.status == "cancelled",
+    )
+    return Grasp(
+        problem=problem,
+        joint_angles=readonly(record.joint_angles),
+        palm_pose=pin.SE3(rotation, readonly(record.palm_pose.position)),
+        delta_sigma=readonly(record.delta_sigma),
+        search=report,
+    )
+
+
+def record_schema() -> str:
+    """Return the JSON schema of the contract, as text."""
+    return json.dumps(GraspRecord.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
