@@ -38,7 +38,11 @@ class GraspObject(ABC):
     """
 
     kind: ClassVar[str]
-    mass: float
+
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """Mass [kg]."""
 
     @abstractmethod
     def sample(self, points: Array) -> SurfaceSample:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pinocchio as pin
+from threadpoolctl import threadpool_limits
 
 from .exceptions import InvalidValueError
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
@@ -97,12 +98,14 @@ def plan_grasp(
     options = options or PlannerOptions()
     search = _Search(problem, seed, options, callback, cancel)
     rng = np.random.default_rng(seed)
-    for index in range(options.starts):
-        first = index == 0
-        search.try_start(index, (start or standard_start(problem)) if first else random_start(problem, rng))
-        if search.finished:
-            break
-    return search.best()
+    # The matrices are too small for threads to be of use; several per product make planning many times slower.
+    with threadpool_limits(limits=1):
+        for index in range(options.starts):
+            first = index == 0
+            search.try_start(index, (start or standard_start(problem)) if first else random_start(problem, rng))
+            if search.finished:
+                break
+        return search.best()
 
 
 class _Search:

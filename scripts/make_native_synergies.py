@@ -68,7 +68,8 @@ def main() -> None:
         name="native",
         provenance=(
             f"PCA over {len(postures)} fully actuated fingertip grasps of the DLR/HIT II planned by this package\n"
-            f"spheres r 25-45 mm, cylinders r 20-45 mm, boxes 40-70 mm; random force tasks; w_F/w_C = {FORCE_WEIGHT:g}\n"
+            "spheres r 25-45 mm, cylinders r 20-45 mm, boxes 40-70 mm; random force tasks; "
+            f"w_F/w_C = {FORCE_WEIGHT:g}\n"
             f"made by scripts/make_native_synergies.py --grasps {arguments.grasps} --seed {arguments.seed}; "
             "not human data"
         ),

@@ -1,0 +1,45 @@
+"""The command line: ``grasp-planner plan`` and its sisters. Reads arguments and prints; plans nothing itself."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, NoReturn
+
+import click
+
+from . import __version__
+from .cli_bench import bench
+from .cli_plan import plan
+from .exceptions import GraspPlannerError
+
+EXIT_USAGE = 2
+
+
+class _Commands(click.Group):
+    """A group that turns typed errors into one line and exit code 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; see the base class."""
+        try:
+            return super().invoke(ctx)
+        except GraspPlannerError as error:
+            _fail(str(error))
+        except BrokenPipeError:
+            sys.stderr.close()
+            sys.exit(1)
+
+
+def _fail(message: str) -> NoReturn:
+    """Print one line on standard error and exit."""
+    click.echo(f"grasp-planner: error: {' '.join(message.split())}", err=True)
+    sys.exit(EXIT_USAGE)
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="grasp-planner")
+def main() -> None:
+    """Plan and understand task-specific grasps of synergy-driven robot hands."""
+
+
+main.add_command(plan)
+main.add_command(bench)
