@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from .exceptions import InvalidValueError
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
-from .nlp import NlpSolution, solve_nlp
+from .nlp import solve_nlp
 from .problem import GraspProblem
 from .program import GraspProgram, Phase
 from .spatial import Array, positive
@@ -173,17 +173,16 @@ class _Search:
         self._run(attempt, "two", objective_scale)
         return attempt
 
-    def _run(self, attempt: _Attempt, phase: Phase, objective_scale: float) -> NlpSolution:
+    def _run(self, attempt: _Attempt, phase: Phase, objective_scale: float) -> None:
         """Run one phase and move the attempt to its result."""
         program = attempt.program
 
         def after_iteration(z: Array) -> None:
             attempt.z = np.array(z)
             attempt.iterations[phase] += 1
-            record = self._record(attempt, phase)
-            attempt.history.append(record)
+            attempt.history.append(self._record(attempt, phase))
             if self.callback is not None:
-                self.callback(record)
+                self.callback(attempt.history[-1])
             self._check_stop()
 
         self._check_stop()
@@ -194,8 +193,11 @@ class _Search:
             tolerance=self.options.tolerance,
             callback=after_iteration,
         )
-        attempt.z, attempt.message = solution.z, solution.message
-        return solution
+        attempt.message = solution.message
+        # Cut off at the iteration limit, SLSQP may hand back a trial point of its line search.
+        better = solution.converged or program.merit(solution.z) <= program.merit(attempt.z)
+        if better and not np.array_equal(solution.z, attempt.z):
+            after_iteration(solution.z)
 
     def _check_stop(self) -> None:
         """Leave the solver if cancelled or out of time."""

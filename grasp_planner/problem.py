@@ -98,8 +98,8 @@ class GraspProblem:
             raise InvalidValueError(
                 "contact_set", [frame.name for frame in self.frames], "at least three contact frames"
             )
-        if self.synergies.n_synergies != n_s:
-            raise InvalidValueError("n_synergies", n_s, f"at most the {self.synergies.n_synergies} of the set")
+        # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
+        _ = self.synergies, self.joint_compliance
 
     @cached_property
     def frames(self) -> tuple[ContactFrame, ...]:
@@ -121,8 +121,8 @@ class GraspProblem:
     @cached_property
     def joint_compliance(self) -> Array:
         """C_q of every joint [rad/(N m)], of shape (n_q,)."""
-        n_q = self.hand.n_joints
-        return finite_array("joint_compliance", np.broadcast_to(self.parameters.joint_compliance, (n_q,)), (n_q,))
+        given, n_q = self.parameters.joint_compliance, self.hand.n_joints
+        return finite_array("joint_compliance", np.full(n_q, given) if np.ndim(given) == 0 else given, (n_q,))
 
     @cached_property
     def external_wrench(self) -> Array:

@@ -1,0 +1,93 @@
+"""The layers: a module imports only modules below it; public names are documented; nothing grows too large."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import grasp_planner as gp
+
+PACKAGE = Path(gp.__file__).parent
+LAYERS = [
+    "exceptions",
+    "spatial",
+    "synergies",
+    "urdf_file",
+    "hand_description",
+    "hand",
+    "kinematics",
+    "objects",
+    "contacts",
+    "compliance",
+    "friction",
+    "task",
+    "force_closure",
+    "problem",
+    "variables",
+    "contact_geometry",
+    "force_distribution",
+    "state",
+    "terms",
+    "nlp",
+    "program",
+    "starts",
+    "grasp",
+    "planner",
+    "record",
+    "meshes",
+    "picture",
+    "benchmark",
+    "cli_options",
+    "cli_plan",
+    "cli_bench",
+    "cli",
+]
+BESIDE = {"human_hand", "retargeting", "__init__", "__main__"}
+"""Modules beside the flow, checked for their own imports only."""
+
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+
+def imported(path):
+    """Return the modules of the package that a file imports."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level == 1]
+    names = set()
+    for node in nodes:
+        names |= {node.module.split(".")[0]} if node.module else {alias.name for alias in node.names}
+    return names
+
+
+def test_every_module_has_its_place():
+    found = {path.stem for path in PACKAGE.glob("*.py")}
+    assert found - set(LAYERS) - BESIDE == set()
+
+
+@pytest.mark.parametrize("name", LAYERS)
+def test_lower_layers_do_not_import_higher_ones(name):
+    allowed = set(LAYERS[: LAYERS.index(name)]) | {"__version__"}
+    assert imported(PACKAGE / f"{name}.py") <= allowed
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_files_and_functions_stay_small(path):
+    text = path.read_text(encoding="utf-8")
+    assert text.count("\n") <= 320
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            body = node.body[1:] if ast.get_docstring(node) else node.body
+            length = body[-1].end_lineno - body[0].lineno + 1 if body else 0
+            assert length <= 60, f"{node.name}: {length} lines"
+
+
+def test_nothing_is_printed_by_the_library():
+    for path in FILES:
+        calls = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
+        assert not [call for call in calls if getattr(call.func, "id", "") == "print"], path
+
+
+def test_public_names_exist_and_are_documented():
+    for name in vars(gp):
+        value = getattr(gp, name)
+        if not name.startswith("_") and callable(value):
+            assert value.__doc__, name

@@ -1,0 +1,123 @@
+"""The command line from end to end, and every wrong use of it."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+import grasp_planner as gp
+from grasp_planner.cli import main
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, list(arguments))
+
+
+def test_the_default_plan_is_the_papers_case_and_is_feasible(tmp_path):
+    output, picture = tmp_path / "grasp.json", tmp_path / "grasp.png"
+    result = run("plan", "--json", str(output), "--picture", str(picture))
+    assert result.exit_code == 0, result.output
+    record = gp.read_grasp_record(output)
+    assert record.feasible
+    assert record.n_synergies == 3
+    assert record.object.startswith("cylinder:radius=0.03,height=0.15,mass=0.2")
+    assert record.task[0].direction == (0, 1, 0, 0, 0, 0)
+    assert gp.grasp_from_record(record).feasible, "the file alone proves the grasp"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    for word in ("feasible", "floor", "thumb", "little_pip", "surface_m"):
+        assert word in result.output
+
+
+def test_json_on_standard_output_is_nothing_but_json():
+    finished = subprocess.run(
+        [sys.executable, "-m", "grasp_planner", "plan", "--synergies", "15", "--enough", "1", "--json", "-"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert finished.returncode == 0, finished.stderr
+    assert json.loads(finished.stdout)["feasible"] is True
+    assert "feasible" in finished.stderr
+
+
+def test_no_feasible_grasp_is_exit_code_three_with_the_reasons():
+    result = run("plan", "--object", "cylinder:radius=0.3", "--friction", "0.05", "--starts", "2", "--synergies", "1")
+    assert result.exit_code == 3
+    assert "infeasible: " in result.output
+
+
+def test_quiet_prints_nothing():
+    result = run("plan", "--synergies", "15", "--enough", "1", "--quiet")
+    assert (result.exit_code, result.output) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["--hand", "nobody"], ["hand", "dlr_hit_ii_right"]),
+        (["--hand", "nobody.toml"], ["nobody.toml"]),
+        (["--object", "cube:edge=1"], ["object", "sphere"]),
+        (["--object", "cylinder:radius=-1"], ["radius", "> 0"]),
+        (["--object", "cylinder:radius=nan"], ["radius"]),
+        (["--object", "cylinder:radius"], ["key=value"]),
+        (["--object", "cylinder:mass=0"], ["mass"]),
+        (["--object", "cylinder:mass=x"], ["mass", "number"]),
+        (["--object", "cylinder:size=1"], ["size", "radius"]),
+        (["--task", "force:0,0,0"], ["direction", "zero"]),
+        (["--task", "push:+y"], ["push", "force"]),
+        (["--task", "twist:+y"], ["n_synergies", "6"]),
+        (["--synergies", "0"], ["n_synergies", "1 to 15"]),
+        (["--synergies", "99"], ["n_synergies", "1 to 15"]),
+        (["--synergies", "three"], ["--synergies"]),
+        (["--synergy-set", "nobody"], ["synergy set", "native"]),
+        (["--contact-set", "nobody"], ["contact set", "point"]),
+        (["--friction", "-0.1"], ["friction", "> 0"]),
+        (["--friction", "nan"], ["friction"]),
+        (["--joint-compliance", "-1"], ["joint_compliance", ">= 0"]),
+        (["--structural-compliance", "0"], ["structural_compliance", "> 0"]),
+        (["--contact-stiffness", "-1"], ["contact_stiffness"]),
+        (["--gravity", "1,2"], ["gravity", "x,y,z"]),
+        (["--w-force", "-1"], ["force_weight"]),
+        (["--w-force", "0", "--w-task", "0"], ["force_weight"]),
+        (["--starts", "0"], ["starts", ">= 1"]),
+        (["--time-limit", "0"], ["time_limit_s"]),
+        (["--json", "/no/such/folder/x.json"], ["x.json", "folder"]),
+        (["--torque-model", "other"], ["total"]),
+        (["--no-such-option"], ["--no-such-option"]),
+    ],
+)
+def test_wrong_use_is_one_clear_line_and_exit_code_two(arguments, parts):
+    result = run("plan", *arguments)
+    assert result.exit_code == 2
+    assert result.exception is None or isinstance(result.exception, SystemExit), "no traceback"
+    last = result.output.strip().splitlines()[-1]
+    for part in parts:
+        assert part in last
+
+
+def test_a_malformed_hand_file_is_one_clear_line(tmp_path):
+    path = tmp_path / "hand.toml"
+    path.write_text("name = 3")
+    result = run("plan", "--hand", str(path))
+    assert result.exit_code == 2
+    assert result.output.startswith("grasp-planner: error: ")
+    assert len(result.output.strip().splitlines()) == 1
+
+
+def test_bench_measures_and_writes_json(tmp_path):
+    path = tmp_path / "bench.json"
+    result = run("bench", "--problems", "1", "--json", str(path))
+    assert result.exit_code == 0, result.output
+    report = json.loads(path.read_text())
+    assert {row["n_synergies"] for row in report["evaluation"]} == {3, 5, 15}
+    assert len(report["problems"]) == 3
+    for row in report["evaluation"]:
+        assert row["ratio"] == pytest.approx(row["median_ms"] / row["kinematics_ms"])
+
+
+def test_bench_refuses_nonsense():
+    result = run("bench", "--problems", "0")
+    assert result.exit_code == 2
+    assert "problems" in result.output
