@@ -10,6 +10,7 @@ import click
 from . import __version__
 from .cli_bench import bench
 from .cli_plan import plan
+from .cli_reproduce import reproduce
 from .exceptions import GraspPlannerError
 
 EXIT_USAGE = 2
@@ -43,3 +44,4 @@ def main() -> None:
 
 main.add_command(plan)
 main.add_command(bench)
+main.add_command(reproduce)

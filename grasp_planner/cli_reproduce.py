@@ -1,0 +1,72 @@
+"""``grasp-planner reproduce``: the paper's tables and figures, beside ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from .hand import load_hand
+from .paper_tables import PAPER_CELLS
+from .planner import PlannerOptions
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Write JSON, pages and figures there.")
+@click.option("--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file.")
+@click.option("--synergy-set", default=None, help="Synergy set [default: the hand's].")
+@click.option("--torque-model", type=click.Choice(["total", "internal"]), default="total", show_default=True)
+@click.option("--starts", type=int, default=60, show_default=True, help="Most starts for each cell.")
+@click.option("--enough", type=int, default=8, show_default=True, help="Feasible starts after which a cell is done.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of every cell.")
+def reproduce(
+    out: Path | None,
+    hand: str,
+    synergy_set: str | None,
+    torque_model: str,
+    starts: int,
+    enough: int,
+    seed: int,
+) -> None:
+    """Plan tables I and II of [Mavrogiannis2014] and print paper and ours, cell by cell.
+
+    Every cell starts from the same infeasible point without contact, then from seeded random ones.
+    """
+    from .reproduce import PARETO_RATIOS, CellResult, ParetoPoint, pareto_front, run_cells  # noqa: PLC0415
+    from .reproduce_page import HONESTY, write_report  # noqa: PLC0415
+
+    console = Console()
+    loaded = load_hand(hand)
+    name = loaded.synergies(synergy_set).name
+    options = PlannerOptions(starts=starts, enough=enough, max_iterations=400)
+    with Progress(console=console, transient=True) as progress:
+        bar = progress.add_task("cells", total=len(PAPER_CELLS) + (len(PARETO_RATIOS) if out else 0))
+
+        def step(_: CellResult | ParetoPoint) -> None:
+            progress.advance(bar)
+
+        common = {"seed": seed, "options": options, "synergy_set": synergy_set, "torque_model": torque_model}
+        cells = run_cells(loaded, progress=step, **common)  # type: ignore[arg-type]
+        front = pareto_front(loaded, progress=step, **common) if out else []  # type: ignore[arg-type]
+    console.print(_table(cells))
+    console.print(HONESTY, style="dim")
+    if out is not None:
+        settings = f"{loaded.description.title}; synergy set {name}; torque model {torque_model}"
+        write_report(out, cells, front, seed=seed, settings=settings)
+        console.print(f"wrote {out / 'reproduce.json'}, reproduce.md, reproduce.html and figures")
+
+
+def _table(cells: list) -> Table:  # type: ignore[type-arg]
+    """Return the comparison as a table."""
+    from .reproduce_page import COLUMNS, table_cells  # noqa: PLC0415
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for column in COLUMNS:
+        table.add_column(column, justify="right")
+    for cell in cells:
+        table.add_row(*table_cells(cell))
+    return table

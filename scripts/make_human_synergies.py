@@ -1,0 +1,225 @@
+"""Make the human synergy sets of the DLR/HIT II: human postures, retargeted by fingertips, then PCA.
+
+Human joint angles are drawn from published means and covariances, a human hand turns them into fingertips, those
+in which the thumb opposes index and middle finger are kept, inverse kinematics finds robot postures that do the
+same, and their principal components are the synergies. The constants below are explained in README.md next to
+the output.
+
+Usage: python scripts/make_human_synergies.py [--check]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+import grasp_planner as gp
+from grasp_planner.human_hand import (
+    HUMAN_JOINTS,
+    HumanHand,
+    human_fingertips,
+    thumb_from_carpometacarpal,
+)
+from grasp_planner.kinematics import HandKinematics
+from grasp_planner.retargeting import FingerCorrespondence, RetargetingWeights, retarget_postures
+from grasp_planner.spatial import Array
+from grasp_planner.synergies import save_synergies, synergies_from_postures
+
+FOLDER = Path(__file__).parents[1] / "urdf" / "dlr_hit_ii" / "synergies"
+SEED = 0
+POSTURES = 600
+FINGERS = ("index", "middle", "ring", "little")
+
+# The mean posture of the thumb's base. The zeros of the gloves' thumb angles are not published, so that their
+# means say nothing; here the thumb opposes the fingers in the mean.
+THUMB_REST = (np.radians(95.0), np.radians(59.0))  # rotation, abduction
+HUMAN = HumanHand(thumb_base_depth=0.06, thumb_pronation=np.radians(18.0))
+# Abduction of the fingers: mean separations of GraspIt!'s human hand; the robot has +-15 deg where people have
+# about +-30, so that deviations are halved.
+MEAN_ABDUCTION = np.radians([7.5, 10.1, 7.7])
+ABDUCTION_GAIN = 0.5
+# Human joint ranges [deg]: thumb (rotation, MCP, IP, abduction), three abductions, four MCP, four PIP.
+HUMAN_RANGE = np.radians(
+    [[-180, -20, -20, 0, *[-5] * 3, *[-15] * 4, *[-5] * 4], [180, 75, 85, 120, *[35] * 3, *[90] * 4, *[110] * 4]]
+)
+# Kept: the thumb at most so far from index and middle, its pulp and theirs at least so much face to face.
+MAX_APERTURE = 0.13  # [m]
+MIN_COSINE = 0.3
+# Robot: distance to the joint limits left for the springs [deg] (abd, mcp, pip), rest posture [deg].
+LIMIT_MARGIN = np.radians([1.0, 5.0, 5.0])
+REST = np.radians([-8.0, 20.0, 45.0, *[0.0, 25.0, 35.0] * 4])
+OPPOSITION_SCALE = 1.1
+WEIGHTS = RetargetingWeights(fingers=1.0, opposition=(1.5, 1.5, 0.75, 0.75), rest=0.5)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A published distribution of human postures.
+
+    Attributes:
+        name: Name of the set.
+        sample: Draws N human postures [rad], (N, 15) in the order of HUMAN_JOINTS.
+        provenance: Where it comes from.
+    """
+
+    name: str
+    sample: Callable[[np.random.Generator, int], Array]
+    provenance: str
+
+
+def read_table(name: str) -> tuple[list[str], dict[str, list[float]]]:
+    """Return column names and rows by name of a file of human statistics; empty cells are left out."""
+    text = (FOLDER / "human" / f"{name}.csv").read_text(encoding="utf-8")
+    rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")]
+    return rows[0][1:], {row[0]: [float(cell) for cell in row[1:] if cell] for row in rows[1:]}
+
+
+def santello_statistics() -> tuple[Array, Array]:
+    """Return mean [rad] and covariance [rad²] of Santello's postures; the scale is the replication's."""
+    _, rows = read_table("santello1998")
+    table = np.array([rows[joint] for joint in HUMAN_JOINTS])
+    shares = np.array(rows["share_percent"])
+    # The paper gives the first four shares; the rest is divided so that each is half of the one before.
+    others = 0.5 ** np.arange(table.shape[1] - 1 - len(shares))
+    shares = np.concatenate([shares, (100.0 - shares.sum()) * others / others.sum()])
+    _, replication = read_table("replication2021")
+    total = sum(np.radians(1.0) ** 2 * replication[joint][1 + k] for k, joint in enumerate(HUMAN_JOINTS))
+    return np.radians(table[:, 0]), table[:, 1:] @ np.diag(shares / 100.0 * total) @ table[:, 1:].T
+
+
+def sample_santello(rng: np.random.Generator, number: int) -> Array:
+    """Draw human postures from Santello's mean and synergies, of shape (number, 15)."""
+    mean, covariance = santello_statistics()
+    mean[[0, 3]] = THUMB_REST
+    mean[4:7] = MEAN_ABDUCTION
+    return _bounded(rng.multivariate_normal(mean, covariance, number, method="eigh"))
+
+
+def sample_uji(rng: np.random.Generator, number: int) -> Array:
+    """Draw human postures from the UJI covariance about Santello's mean, of shape (number, 15)."""
+    columns, rows = read_table("uji2019")
+    covariance = np.array([rows[joint] for joint in columns]) * np.radians(1.0) ** 2
+    mean, _ = santello_statistics()
+    mean[[0, 3]] = 0.0
+    mean[4:7] = MEAN_ABDUCTION
+    angles = rng.multivariate_normal(mean, covariance, number, method="eigh")
+    angles[:, 0], angles[:, 3] = thumb_from_carpometacarpal(THUMB_REST, angles[:, 0], angles[:, 3])
+    return _bounded(angles)
+
+
+def _bounded(angles: Array) -> Array:
+    """Apply the abduction gain and the joint ranges."""
+    angles[:, 4:7] = MEAN_ABDUCTION + ABDUCTION_GAIN * (angles[:, 4:7] - MEAN_ABDUCTION)
+    return np.clip(angles, *HUMAN_RANGE)
+
+
+SOURCES = (
+    Source(
+        "santello",
+        sample_santello,
+        "human postures: mean and 15 synergies of Santello et al. 1998 (J. Neurosci. 18(23):10105; 5 people,\n"
+        "57 imagined objects) as shipped with SynGrasp (Malvezzi et al. 2015; thumb rows unlabelled there,\n"
+        "assignment inferred); variances: Table 2 of the paper for the first four, the rest halving from one to\n"
+        "the next; their total: that of a replication of 2021",
+    ),
+    Source(
+        "uji",
+        sample_uji,
+        "human postures: covariance of KINE-ADL BE-UJI (Roda-Sales et al. 2019, doi 10.1038/s41597-019-0175-6;\n"
+        "25 people, 3560 static grasps), rebuilt from published per-session PCAs (column order inferred), about\n"
+        "the mean posture of Santello et al. 1998, because no mean is published",
+    ),
+)
+HOW = """\
+thumb: the gloves' zeros are unknown; mean rotation {rotation:.0f} deg, abduction {abduction:.0f} deg and pronation {pronation:.0f} deg
+are chosen so that it opposes index and middle finger and, among such values, with a view to what one
+to three synergies can hold (a cylinder of 6 cm); kept are postures whose pulps face each other (cosine
+> {cosine:g}), at most {aperture:.0f} mm apart
+retargeted by fingertips, not joint by joint: finger vectors by length, thumb-to-finger distances and
+sideways offsets x {scale:g}; mean errors {finger:.1f} mm (fingers), {thumb:.1f} mm (thumb to index and middle)
+made by scripts/make_human_synergies.py: {number} postures, seed {seed}; PCA, orthonormal"""
+
+
+def opposed_fingertips(source: Source) -> Array:
+    """Return human fingertips of postures in which the thumb opposes the fingers [m], (POSTURES, 5, 3)."""
+    rng = np.random.default_rng(SEED)
+    kept: list[Array] = []
+    while sum(map(len, kept)) < POSTURES:
+        tips = human_fingertips(HUMAN, source.sample(rng, POSTURES))
+        aperture, cosine = tips.opposition()
+        kept.append(tips.position[(aperture < MAX_APERTURE) & (cosine > MIN_COSINE)])
+    return np.concatenate(kept)[:POSTURES]
+
+
+def correspondence(hand: gp.Hand, kinematics: HandKinematics) -> FingerCorrespondence:
+    """Return how the human hand is laid over the robot's: by MCP joints and finger lengths."""
+    data, straight = hand.model.createData(), np.zeros(hand.n_joints)
+    pin.forwardKinematics(hand.model, data, hand.full_configuration(straight))
+    joints = [hand.model.getJointId(f"{finger}_mcp") for finger in FINGERS]
+    palm = hand.palm_in_root.inverse()
+    bases = np.array([palm.act(data.oMi[joint].translation) for joint in joints])
+    lengths = np.linalg.norm(kinematics.compute(straight).position[1:] - bases, axis=1)
+    return FingerCorrespondence(HUMAN.finger_bases, bases, lengths / HUMAN.finger_lengths, OPPOSITION_SCALE)
+
+
+def make(source: Source, hand: gp.Hand) -> gp.SynergySpace:
+    """Return the robot synergies of one source."""
+    kinematics = HandKinematics(hand, hand.contact_frames("point"))
+
+    def fingertips(q: Array) -> tuple[Array, Array]:
+        result = kinematics.compute(q)
+        return result.position, result.linear
+
+    margin = np.tile(LIMIT_MARGIN, hand.n_joints // 3)
+    found = retarget_postures(
+        fingertips,
+        (hand.lower + margin, hand.upper - margin),
+        opposed_fingertips(source),
+        correspondence(hand, kinematics),
+        REST,
+        WEIGHTS,
+    )
+    how = HOW.format(
+        rotation=np.degrees(THUMB_REST[0]),
+        abduction=np.degrees(THUMB_REST[1]),
+        pronation=np.degrees(HUMAN.thumb_pronation),
+        cosine=MIN_COSINE,
+        aperture=1e3 * MAX_APERTURE,
+        scale=OPPOSITION_SCALE,
+        finger=1e3 * found.finger_errors.mean(),
+        thumb=1e3 * np.abs(found.opposition_errors[:, :2]).mean(),
+        number=POSTURES,
+        seed=SEED,
+    )
+    return synergies_from_postures(
+        hand.joint_names, found.joint_angles, name=source.name, provenance=f"{source.provenance}\n{how}"
+    )
+
+
+def main() -> None:
+    """Write the sets, or compare them with the files."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="compare with the files instead of writing them")
+    arguments = parser.parse_args()
+    hand = gp.load_hand("dlr_hit_ii_right")
+    for source in SOURCES:
+        path = FOLDER / f"{source.name}.csv"
+        space = make(source, hand)
+        shares = ", ".join(f"{share:.3f}" for share in space.explained_variance()[:5])
+        if arguments.check:
+            same = np.allclose(gp.load_synergies(path).basis, space.basis, atol=1e-6)
+            print(f"{path.name}: {'up to date' if same else 'DIFFERENT'}")
+            if not same:
+                raise SystemExit(1)
+            continue
+        save_synergies(space, path)
+        print(f"{path.name}: cumulative variance {shares}")
+
+
+if __name__ == "__main__":
+    main()
