@@ -68,5 +68,9 @@ from .task import torque_task as torque_task
 from .task import transmission_ellipsoid as transmission_ellipsoid
 from .task import twist_task as twist_task
 from .task import velocity_transmission_ratio as velocity_transmission_ratio
+from .why_not import Change as Change
+from .why_not import Diagnosis as Diagnosis
+from .why_not import explain_infeasibility as explain_infeasibility
+from .why_not import least_violated_point as least_violated_point
 
 __version__ = "0.1.0"

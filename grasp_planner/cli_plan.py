@@ -17,6 +17,7 @@ from .exceptions import FileFormatError
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from .planner import plan_grasp
 from .record import grasp_json
+from .why_not import explain_infeasibility
 
 EXIT_FEASIBLE, EXIT_INFEASIBLE, EXIT_INTERRUPTED = 0, 3, 130
 
@@ -31,10 +32,12 @@ EXIT_FEASIBLE, EXIT_INFEASIBLE, EXIT_INTERRUPTED = 0, 3, 130
     help="Write the grasp as JSON; - for standard output.",
 )
 @click.option("--picture", type=click.Path(path_type=Path), help="Write a picture of the grasp (PNG).")
+@click.option("--explain/--no-explain", default=True, show_default=True, help="Without a feasible grasp: say why.")
 @click.option("--quiet", is_flag=True, help="No progress and no table.")
 def plan(
     json_file: Path | None,
     picture: Path | None,
+    explain: bool,
     quiet: bool,
     seed: int,
     starts: int,
@@ -72,6 +75,10 @@ def plan(
             console.print("interrupted")
             sys.exit(EXIT_INTERRUPTED)
     print_grasp(console, grasp)
+    if explain and not grasp.feasible:
+        with console.status("looking for the reason (at most a minute) …"):
+            diagnosis = explain_infeasibility(grasp, seed=seed)
+        console.print(f"[bold]why not[/]\n{diagnosis.text}", highlight=False)
     if json_file is not None:
         _write_json(grasp, json_file)
     if picture is not None:

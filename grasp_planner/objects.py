@@ -6,7 +6,7 @@ Everything is in the object frame O: origin at the centre of mass, axes fixed to
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import ClassVar
 
 import numpy as np
@@ -76,6 +76,11 @@ class GraspObject(ABC):
     def length_scale(self) -> float:
         """A characteristic length [m]: the smallest half extent."""
         return float(self.half_extents.min())
+
+    def resized(self, factor: float) -> GraspObject:
+        """Return the same shape with every size multiplied by a factor, and the same mass."""
+        sizes = {f.name: factor * getattr(self, f.name) for f in fields(self) if f.name not in ("mass", "caps")}
+        return replace(self, **sizes)
 
     @property
     def text(self) -> str:

@@ -38,7 +38,7 @@ class CellResult:
     def row(self) -> dict[str, object]:
         """Return the cell as a row of plain values; the contract of ``reproduce.json``."""
         grasp, search = self.grasp, self.grasp.search
-        assert search is not None  # noqa: S101  planned grasps have one
+        assert search is not None
         angle, degenerate = grasp.alignments[0]
         return {
             "table": self.cell.table,

@@ -140,9 +140,7 @@ def _html(
 
     def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         head = "".join(f"<th>{html.escape(column)}</th>" for column in columns)
-        body = "".join(
-            "<tr>" + "".join(f"<td>{html.escape(text)}</td>" for text in row) + "</tr>" for row in rows
-        )
+        body = "".join("<tr>" + "".join(f"<td>{html.escape(text)}</td>" for text in row) + "</tr>" for row in rows)
         return f"<table><tr>{head}</tr>{body}</table>"
 
     images = "".join(

@@ -33,13 +33,18 @@ LAYERS = [
     "starts",
     "grasp",
     "planner",
+    "why_not",
     "record",
     "meshes",
     "picture",
+    "paper_tables",
+    "reproduce",
+    "reproduce_page",
     "benchmark",
     "cli_options",
     "cli_plan",
     "cli_bench",
+    "cli_reproduce",
     "cli",
 ]
 BESIDE = {"human_hand", "retargeting", "__init__", "__main__"}

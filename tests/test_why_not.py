@@ -1,0 +1,57 @@
+"""The reason when no grasp is found, and the smallest change that would do."""
+
+import pytest
+
+import grasp_planner as gp
+
+FEW = gp.PlannerOptions(starts=3, max_iterations=120)
+
+
+@pytest.fixture(scope="module")
+def slippery(right):
+    """Five synergies and next to no friction: every constraint but the cones can be met."""
+    parameters = gp.GraspParameters(friction=0.02)
+    return gp.plan_grasp(gp.GraspProblem(right, gp.Cylinder(), n_synergies=15, parameters=parameters), options=FEW)
+
+
+def test_the_least_violated_point_is_no_worse(slippery):
+    least = gp.least_violated_point(slippery)
+
+    def size(grasp):
+        scale = {"surface_m": 100, "region_m": 100, "friction_n": 1, "compliance_rad": 10}
+        return max(scale.get(name, 0) * value for name, value in grasp.violations.items())
+
+    assert size(least) <= max(size(slippery), 1e-3)
+
+
+@pytest.mark.slow
+def test_more_friction_is_among_the_cures_of_slipping(slippery):
+    assert not slippery.feasible
+    diagnosis = gp.explain_infeasibility(slippery, time_limit_s=120.0)
+    cures = {change.parameter: change for change in diagnosis.changes}
+    assert "friction μ" in cures
+    cure = cures["friction μ"]
+    assert cure.needed > cure.current
+    assert cure.grasp.feasible, "the cure is proved by a grasp"
+    assert cure.grasp.problem.parameters.friction == cure.needed
+    assert cure.text in diagnosis.text
+    assert list(diagnosis.changes) == sorted(diagnosis.changes, key=lambda change: change.relative)
+
+
+@pytest.mark.slow
+def test_a_cylinder_too_large_for_the_hand_has_to_shrink(right):
+    problem = gp.GraspProblem(right, gp.Cylinder(radius=0.12), n_synergies=3)
+    attempt = gp.plan_grasp(problem, options=FEW)
+    assert not attempt.feasible
+    diagnosis = gp.explain_infeasibility(attempt, time_limit_s=240.0)
+    assert diagnosis.binding in diagnosis.least_violated.failures()
+    smaller = {change.parameter: change for change in diagnosis.changes}["size of the object (smaller)"]
+    assert smaller.needed < 1.0
+    assert smaller.grasp.problem.grasp_object.radius == pytest.approx(0.12 * smaller.needed)
+
+
+def test_without_time_nothing_is_claimed(slippery):
+    diagnosis = gp.explain_infeasibility(slippery, time_limit_s=1e-9)
+    assert not diagnosis.changes
+    assert not diagnosis.not_enough
+    assert "lack of time" in diagnosis.text
