@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.box import SIMPLE_HEAD
@@ -13,6 +15,7 @@ from rich.table import Table
 from .hand import load_hand
 from .paper_tables import PAPER_CELLS
 from .planner import PlannerOptions
+from .reproduce import PARETO_RATIOS, CellResult, ParetoPoint, pareto_front, run_cells
 
 
 @click.command()
@@ -36,8 +39,7 @@ def reproduce(
 
     Every cell starts from the same infeasible point without contact, then from seeded random ones.
     """
-    from .reproduce import PARETO_RATIOS, CellResult, ParetoPoint, pareto_front, run_cells  # noqa: PLC0415
-    from .reproduce_page import HONESTY, write_report  # noqa: PLC0415
+    from .reproduce_page import HONESTY, write_report
 
     console = Console()
     loaded = load_hand(hand)
@@ -49,9 +51,9 @@ def reproduce(
         def step(_: CellResult | ParetoPoint) -> None:
             progress.advance(bar)
 
-        common = {"seed": seed, "options": options, "synergy_set": synergy_set, "torque_model": torque_model}
-        cells = run_cells(loaded, progress=step, **common)  # type: ignore[arg-type]
-        front = pareto_front(loaded, progress=step, **common) if out else []  # type: ignore[arg-type]
+        run: dict[str, Any] = {"hand": loaded, "seed": seed, "options": options, "synergy_set": synergy_set}
+        cells = run_cells(**run, torque_model=torque_model, progress=step)
+        front = pareto_front(**run, torque_model=torque_model, progress=step) if out else []
     console.print(_table(cells))
     console.print(HONESTY, style="dim")
     if out is not None:
@@ -60,9 +62,9 @@ def reproduce(
         console.print(f"wrote {out / 'reproduce.json'}, reproduce.md, reproduce.html and figures")
 
 
-def _table(cells: list) -> Table:  # type: ignore[type-arg]
+def _table(cells: Sequence[CellResult]) -> Table:
     """Return the comparison as a table."""
-    from .reproduce_page import COLUMNS, table_cells  # noqa: PLC0415
+    from .reproduce_page import COLUMNS, table_cells
 
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     for column in COLUMNS:
