@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -185,7 +184,13 @@ def save_synergies(space: SynergySpace, path: Path) -> None:
     Args:
         space: The set.
         path: File to write.
+
+    Raises:
+        InvalidValueError: If a name can't be written so that it would be read back.
     """
+    for joint in (*space.joint_names, space.name):
+        if any(character in joint for character in ',"\r\n') or joint.startswith("#") or joint == "variance":
+            raise InvalidValueError("name", joint, "names without comma, quote or line break, not # or variance")
     lines = [f"# name: {space.name}", *(f"# provenance: {line}" for line in space.provenance.splitlines())]
     lines.append(",".join(["joint", "mean_rad", *(f"s{k + 1}" for k in range(space.n_synergies))]))
     for joint, mean, row in zip(space.joint_names, space.mean, space.basis, strict=True):
@@ -209,14 +214,16 @@ def load_synergies(path: Path) -> SynergySpace:
     """
     text = _read(path)
     notes = [line[1:].strip() for line in text.splitlines() if line.startswith("#")]
-    table = [row for row in csv.reader(io.StringIO(text)) if row and not row[0].startswith("#")]
-    if not table or table[0][:2] != ["joint", "mean_rad"] or len(table[0]) < 3:
-        raise FileFormatError(path, "the header row has to be joint,mean_rad,s1,…")
-    n = len(table[0]) - 2
+    table = _table(path, text)
+    n = len(table[0]) - 2 if table else 0
+    if n < 1 or table[0] != ["joint", "mean_rad", *(f"s{k + 1}" for k in range(n))]:
+        raise FileFormatError(path, "the header row has to be joint,mean_rad,s1,s2,…")
     names, means, rows, variance = [], [], [], None
     for number, row in enumerate(table[1:], start=2):
         if len(row) != n + 2:
             raise FileFormatError(path, f"table row {number}: {len(row)} columns instead of {n + 2}")
+        if variance is not None:
+            raise FileFormatError(path, f"table row {number}: nothing may follow the variances")
         if row[0] == "variance":
             variance = [_float(path, number, table[0][k + 2], row[k + 2]) for k in range(n)]
             continue
@@ -246,6 +253,15 @@ def _read(path: Path) -> str:
         raise FileFormatError(path, error.strerror or "can't be read") from None
     except UnicodeDecodeError:
         raise FileFormatError(path, "is not UTF-8 text") from None
+
+
+def _table(path: Path, text: str) -> list[list[str]]:
+    """Return the rows of the table, without comment lines."""
+    lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
+    try:
+        return list(csv.reader(lines, strict=True))
+    except csv.Error as error:
+        raise FileFormatError(path, f"not a table of comma-separated values: {error}") from None
 
 
 def _float(path: Path, row: int, column: str, text: str) -> float:

@@ -2,8 +2,8 @@
 
 Human joint angles are drawn from published means and covariances, a human hand turns them into fingertips, those
 in which the thumb opposes index and middle finger are kept, inverse kinematics finds robot postures that do the
-same, and their principal components are the synergies. The constants below are explained in README.md next to
-the output.
+same, and their principal components are the synergies. The constants below are explained where they stand
+and in urdf/dlr_hit_ii/synergies/human/README.md.
 
 Usage: python scripts/make_human_synergies.py [--check]
 """
@@ -37,7 +37,7 @@ FINGERS = ("index", "middle", "ring", "little")
 
 # The mean posture of the thumb's base. The zeros of the gloves' thumb angles are not published, so that their
 # means say nothing; here the thumb opposes the fingers in the mean.
-THUMB_REST = (np.radians(95.0), np.radians(59.0))  # rotation, abduction
+THUMB_REST = (np.radians(95.0), np.radians(55.0))  # rotation, abduction
 HUMAN = HumanHand(thumb_base_depth=0.06, thumb_pronation=np.radians(18.0))
 # Abduction of the fingers: mean separations of GraspIt!'s human hand; the robot has +-15 deg where people have
 # about +-30, so that deviations are halved.
@@ -97,7 +97,7 @@ def sample_santello(rng: np.random.Generator, number: int) -> Array:
     mean, covariance = santello_statistics()
     mean[[0, 3]] = THUMB_REST
     mean[4:7] = MEAN_ABDUCTION
-    return _bounded(rng.multivariate_normal(mean, covariance, number, method="eigh"))
+    return _bounded(_normal(rng, mean, covariance, number))
 
 
 def sample_uji(rng: np.random.Generator, number: int) -> Array:
@@ -107,9 +107,14 @@ def sample_uji(rng: np.random.Generator, number: int) -> Array:
     mean, _ = santello_statistics()
     mean[[0, 3]] = 0.0
     mean[4:7] = MEAN_ABDUCTION
-    angles = rng.multivariate_normal(mean, covariance, number, method="eigh")
+    angles = _normal(rng, mean, covariance, number)
     angles[:, 0], angles[:, 3] = thumb_from_carpometacarpal(THUMB_REST, angles[:, 0], angles[:, 3])
     return _bounded(angles)
+
+
+def _normal(rng: np.random.Generator, mean: Array, covariance: Array, number: int) -> Array:
+    """Draw from a normal distribution; Cholesky's factor is unique, unlike eigenvectors."""
+    return mean + rng.standard_normal((number, len(mean))) @ np.linalg.cholesky(covariance).T
 
 
 def _bounded(angles: Array) -> Array:
@@ -136,10 +141,10 @@ SOURCES = (
     ),
 )
 HOW = """\
-thumb: the gloves' zeros are unknown; mean rotation {rotation:.0f} deg, abduction {abduction:.0f} deg and pronation {pronation:.0f} deg
-are chosen so that it opposes index and middle finger and, among such values, with a view to what one
-to three synergies can hold (a cylinder of 6 cm); kept are postures whose pulps face each other (cosine
-> {cosine:g}), at most {aperture:.0f} mm apart
+thumb: the gloves' zeros are unknown; mean rotation {rotation:.0f} deg, abduction {abduction:.0f} deg and
+pronation {pronation:.0f} deg are chosen so that it opposes index and middle finger and, among such values,
+with a view to what one to three synergies can hold (a cylinder of 6 cm); kept are postures whose pulps
+face each other (cosine > {cosine:g}), at most {aperture:.0f} mm apart
 retargeted by fingertips, not joint by joint: finger vectors by length, thumb-to-finger distances and
 sideways offsets x {scale:g}; mean errors {finger:.1f} mm (fingers), {thumb:.1f} mm (thumb to index and middle)
 made by scripts/make_human_synergies.py: {number} postures, seed {seed}; PCA, orthonormal"""

@@ -107,7 +107,7 @@ def test_flexing_the_opposed_thumb_brings_it_to_the_fingers():
     assert flat < 0.5
 
 
-def test_many_postures_at_once(rng=None):
+def test_many_postures_at_once():
     postures = np.random.default_rng(0).normal(0.0, 0.4, (3, 4, 15))
     together = human_fingertips(HUMAN, postures)
     assert together.position.shape == together.pulp.shape == (3, 4, 5, 3)

@@ -158,6 +158,10 @@ HEADER = "joint,mean_rad,s1\n"
         (HEADER + "a,0,1\na,0,1\n", "joint_names"),
         (HEADER + "a,0,0.5\n", "length 1"),
         (HEADER + "a,0,1\nvariance,,-1\n", "variance"),
+        (HEADER + "variance,,1\na,0,1\n", "row 3"),
+        ("joint,mean_rad,s2\na,0,1\n", "header"),
+        (HEADER + '"a,0,1\n', "comma-separated"),
+        (HEADER + "a,0," + "1" * 200_000 + "\n", "comma-separated"),
     ],
 )
 def test_malformed_files_are_refused(tmp_path, text, words):
@@ -166,6 +170,14 @@ def test_malformed_files_are_refused(tmp_path, text, words):
     with pytest.raises(gp.FileFormatError, match=words) as error:
         gp.load_synergies(path)
     assert error.value.path == path
+
+
+@pytest.mark.parametrize("name", ["x,y", 'x"', "#x", "x\ny", "variance"])
+def test_names_that_would_not_be_read_back_are_not_written(tmp_path, name):
+    space = gp.SynergySpace((name,), np.zeros(1), np.eye(1))
+    with pytest.raises(gp.InvalidValueError, match="name"):
+        gp.save_synergies(space, tmp_path / "set.csv")
+    assert not (tmp_path / "set.csv").exists()
 
 
 def test_missing_oversized_and_binary_files_are_refused(tmp_path):
