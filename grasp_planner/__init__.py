@@ -5,6 +5,7 @@ and view. Equation numbers throughout are those of [Mavrogiannis2014]: C. I. Mav
 M. V. Liarokapis, K. J. Kyriakopoulos, "Task-Specific Grasp Selection for Underactuated Hands", ICRA 2014.
 """
 
+from .clearance_options import ClearanceOptions as ClearanceOptions
 from .compliance import actual_posture as actual_posture
 from .compliance import contact_forces as contact_forces
 from .compliance import hand_stiffness as hand_stiffness

@@ -7,11 +7,12 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
+from .clearance_terms import problem_constraints
 from .nlp import NonlinearProgram
 from .problem import GraspProblem
 from .spatial import Array
 from .state import GraspState, StateEvaluator
-from .terms import CONSTRAINTS, Constraint
+from .terms import Constraint
 
 JOINT_SCALE = 0.3
 """A unit step of a scaled joint angle [rad]."""
@@ -50,8 +51,9 @@ class GraspProgram:
         self.evaluations = 0
         self._key: bytes | None = None
         self._state: GraspState | None = None
-        self._equalities = [term for term in CONSTRAINTS if term.equality]
-        self._inequalities = [term for term in CONSTRAINTS if not term.equality]
+        self._constraints = problem_constraints(problem)
+        self._equalities = [term for term in self._constraints if term.equality]
+        self._inequalities = [term for term in self._constraints if not term.equality]
 
     def state(self, z: Array) -> GraspState:
         """Return the state at scaled variables; the last one is remembered."""
@@ -105,12 +107,12 @@ class GraspProgram:
     def violations(self, z: Array) -> dict[str, float]:
         """Return the largest violation of every constraint, in its unit."""
         state = self.state(z)
-        return {term.name: term.violation(self.problem, state) for term in CONSTRAINTS}
+        return {term.name: term.violation(self.problem, state) for term in self._constraints}
 
     def merit(self, z: Array) -> float:
         """Return the largest scaled violation: how far from feasible a point is."""
         found = self.violations(z)
-        return max(term.scale * found[term.name] for term in CONSTRAINTS)
+        return max(term.scale * found[term.name] for term in self._constraints)
 
     def _stack(self, terms: list[Constraint], z: Array) -> tuple[Array, Array]:
         """Return scaled residuals and Jacobian of some terms."""

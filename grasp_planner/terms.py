@@ -1,6 +1,7 @@
 """The terms of the planning problem: costs and constraints, each reading one evaluated state.
 
-To add one, write a class with two methods and list it in :data:`CONSTRAINTS` or :data:`COSTS`.
+To add one, write a class with two methods and list it in :data:`MODEL_CONSTRAINTS` or :data:`COSTS`; those that can
+be switched off are in :mod:`grasp_planner.clearance_terms`.
 """
 
 from __future__ import annotations
@@ -153,8 +154,8 @@ class TaskIndex(Cost):
         return state.d_task_index
 
 
-CONSTRAINTS: tuple[Constraint, ...] = (SurfaceContact(), SoftSynergy(), FrictionCone(), ContactRegion())
-"""Every constraint of the planning problem."""
+MODEL_CONSTRAINTS: tuple[Constraint, ...] = (SurfaceContact(), SoftSynergy(), FrictionCone(), ContactRegion())
+"""The constraints every planning problem has."""
 
 COSTS: tuple[Cost, ...] = (ForceNorm(), TaskIndex())
 """Every cost of the planning problem."""
