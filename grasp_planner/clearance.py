@@ -17,7 +17,7 @@ from .contact_geometry import ContactGeometry
 from .distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
 from .link_shapes import LinkShape, contact_shapes, joint_centres, link_shapes, shape_pairs, tip_axes
 from .problem import GraspProblem
-from .spatial import Array
+from .spatial import Array, cross_rows
 from .variables import PoseChart, VariableLayout
 
 ACTIVATION = 0.02
@@ -91,6 +91,9 @@ class ClearanceEvaluator:
         self._set_self(shapes)
         self._set_ground(shapes)
         self._tips = tip_axes(hand, problem.frames) if self.options.tip_patch else ()
+        self._tip_contacts = np.array([tip[0] for tip in self._tips], dtype=int)
+        self._tip_joints = np.array([tip[1] for tip in self._tips], dtype=int)
+        self._tip_axes = np.array([tip[2] for tip in self._tips]).reshape(-1, 3, 1)
 
     def evaluate(self, x: Array, geometry: ContactGeometry) -> ClearanceState:
         """Evaluate all clearances.
@@ -165,7 +168,7 @@ class ClearanceEvaluator:
             distance, points, normals = self._search.least(start, end, 1.5 * limit + swept.radii)
             distance = distance - swept.radii
         if self._solids is not None:
-            by_coal = self._solids.distances(pose.rotations, pose.translations, pose, 1.5 * limit)
+            by_coal = self._solids.distances(pose, 1.5 * limit, in_object=True)
             distance = np.concatenate([distance, by_coal.distance])
             points = np.vstack([points, by_coal.points_a])
             normals = np.vstack([normals, -by_coal.normals])
@@ -184,7 +187,7 @@ class ClearanceEvaluator:
         near, distance, normals, point_a, point_b = self._segments.near(pose, self._pairs, 1.5 * limit)
         joint_a, joint_b = self._segments.joints[self._pairs[near]].T
         if self._solid_pairs is not None:
-            found = self._solid_pairs.distances(pose.rotations, pose.translations, None, 1.5 * limit)
+            found = self._solid_pairs.distances(pose, 1.5 * limit)
             close = np.flatnonzero(found.distance < 1.5 * limit)
             near = np.concatenate([near, len(self._pairs) + close])
             distance = np.concatenate([distance, found.distance[close]])
@@ -215,18 +218,17 @@ class ClearanceEvaluator:
 
     def _tip_patch(self, pose: _Pose, turn: Array, geometry: ContactGeometry) -> tuple[Array, Array]:
         """Return n·a of each touching last link and its derivatives; dn from the object's curvature, da = ω × a."""
-        gradient = np.zeros((len(self._tips), self.layout.n_geometric))
-        value = np.zeros(len(self._tips))
-        for row, (contact, joint, in_joint) in enumerate(self._tips):
-            in_root = pose.rotations[joint] @ in_joint
-            axis, normal = pose.root_rotation @ in_root, geometry.normals[contact]
-            value[row] = normal @ axis
-            gradient[row] = axis @ geometry.d_normals[contact]
-            lever = np.cross(axis, normal)
-            spin = (pose.root_rotation.T @ lever) @ (pose.angular * self._masks[joint])
-            gradient[row, : self.layout.n_joints] += spin @ self.problem.hand.coupling
-            gradient[row, self.layout.rotation] += turn.T @ lever
-        return value, gradient
+        if not self._tips:
+            return np.zeros(0), np.zeros((0, self.layout.n_geometric))
+        joints = self._tip_joints
+        axes = (pose.rotations[joints] @ self._tip_axes)[:, :, 0] @ pose.root_rotation.T
+        normals = geometry.normals[self._tip_contacts]
+        gradient = (axes[:, None, :] @ geometry.d_normals[self._tip_contacts])[:, 0]
+        levers = cross_rows(axes, normals)
+        spin = ((levers @ pose.root_rotation) @ pose.angular) * self._masks[joints]
+        gradient[:, self.layout.joints] += spin @ self.problem.hand.coupling
+        gradient[:, self.layout.rotation] += levers @ turn
+        return np.einsum("ij,ij->i", normals, axes), gradient
 
     def _pulled(self, pose: _Pose, turn: Array, joints: Array, points: Array, normals: Array) -> Array:
         """Return ∂(n·p)/∂(q, w) of points fixed on links, p and n in O, of shape (m, n_g)."""
@@ -235,12 +237,12 @@ class ClearanceEvaluator:
         moved = self._moved(pose, joints, in_root, normals @ pose.root_rotation)
         rows[:, self.layout.joints] = moved @ self.problem.hand.coupling
         rows[:, self.layout.translation] = normals
-        rows[:, self.layout.rotation] = np.cross(points - pose.palm, normals) @ turn
+        rows[:, self.layout.rotation] = cross_rows(points - pose.palm, normals) @ turn
         return rows
 
     def _moved(self, pose: _Pose, joints: Array, points: Array, normals: Array) -> Array:
         """Return ∂(n·p)/∂(all joint angles) of points fixed on links, all in the root frame, of shape (m, nv)."""
-        return (normals @ pose.linear + np.cross(points, normals) @ pose.angular) * self._masks[joints]
+        return (normals @ pose.linear + cross_rows(points, normals) @ pose.angular) * self._masks[joints]
 
 
 class _Segments:

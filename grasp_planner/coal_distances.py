@@ -40,9 +40,11 @@ class PairDistances:
     joints_b: Array
 
 
-class RootPose(Protocol):
-    """Pose of the hand's root in O."""
+class HandPose(Protocol):
+    """Placements of all joints in the root frame, and pose of the root in O."""
 
+    rotations: Array
+    translations: Array
     root_rotation: Array
     root_translation: Array
 
@@ -77,71 +79,63 @@ class CoalPairs:
     """Pairs of solids whose distances coal computes; the second may be the object."""
 
     def __init__(self, pairs: Sequence[tuple[LinkShape, LinkShape]]) -> None:
-        self._set([pair[0] for pair in pairs], [pair[1] for pair in pairs])
+        self._set([pair[0] for pair in pairs])
+        second = [pair[1] for pair in pairs]
+        self.joints_b = np.array([shape.joint for shape in second], dtype=int)
+        self._second = [_geometry(shape) for shape in second]
+        self._mount_b = _mounts(second)
+        self._centres = np.array([(shape.start + shape.end) / 2 for shape in second])[:, :, None]
+        self._balls = np.array([s.radius + float(np.linalg.norm(s.end - s.start)) / 2 for s in second])
 
     @classmethod
     def with_object(cls, shapes: Sequence[LinkShape], grasp_object: GraspObject) -> CoalPairs:
         """Return the pairs of solids with an object."""
         pairs = cls.__new__(cls)
-        pairs._set(list(shapes), None, grasp_object)
+        pairs._set(shapes)
+        count = len(shapes)
+        pairs.joints_b = np.full(count, -1)
+        pairs._second = [grasp_object.coal_geometry()] * count
+        pairs._mount_b = (np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3, 1)))
+        pairs._centres = np.zeros((count, 3, 1))
+        pairs._balls = np.full(count, float(np.linalg.norm(grasp_object.half_extents)))
         return pairs
 
-    def _set(
-        self, first: list[LinkShape], second: list[LinkShape] | None, grasp_object: GraspObject | None = None
-    ) -> None:
-        """Store geometries and what the broad phase needs: a box around the first, a ball around the second."""
+    def _set(self, first: Sequence[LinkShape]) -> None:
+        """Store the first solids and, for the broad phase, boxes around them."""
         self._request, self._result = request(), coal.DistanceResult()
         self.joints_a = np.array([shape.joint for shape in first], dtype=int)
         self._first = [_geometry(shape) for shape in first]
+        self._mount_a = _mounts(first)
         bounds = [_local_bounds(shape) for shape in first]
         self._low, self._high = np.array([b[0] for b in bounds]), np.array([b[1] for b in bounds])
-        self._pose_a = [(np.array(s.placement.rotation), np.array(s.placement.translation)) for s in first]
-        if second is None:
-            assert grasp_object is not None
-            self.joints_b = np.full(len(first), -1)
-            self._second = [grasp_object.coal_geometry()] * len(first)
-            self._centres = np.zeros((len(first), 3))
-            self._balls = np.full(len(first), float(np.linalg.norm(grasp_object.half_extents)))
-            self._pose_b = [(np.eye(3), np.zeros(3))] * len(first)
-        else:
-            self.joints_b = np.array([shape.joint for shape in second], dtype=int)
-            self._second = [_geometry(shape) for shape in second]
-            self._centres = np.array([(shape.start + shape.end) / 2 for shape in second])
-            self._balls = np.array([s.radius + float(np.linalg.norm(s.end - s.start)) / 2 for s in second])
-            self._pose_b = [(np.array(s.placement.rotation), np.array(s.placement.translation)) for s in second]
 
-    def distances(self, rotations: Array, translations: Array, root: RootPose | None, limit: float) -> PairDistances:
+    def distances(self, pose: HandPose, limit: float, *, in_object: bool = False) -> PairDistances:
         """Return the distances at one posture.
 
         Args:
-            rotations: Rotations of all joints in the root frame, of shape (njoints, 3, 3).
-            translations: Their positions [m], of shape (njoints, 3).
-            root: Pose of the root in O if the second solids are the object; then results are in O, otherwise in
-                the root frame.
+            pose: Placements of the joints.
             limit: Pairs farther apart than this need no exact distance [m].
+            in_object: Whether the second solids are the object; results are then in O, otherwise in the root frame.
 
         Returns:
             The distances.
         """
-        count = len(self._first)
-        rotation_a = rotations[self.joints_a] @ np.array([pose[0] for pose in self._pose_a])
-        offset_a = np.array([pose[1] for pose in self._pose_a])
-        position_a = (rotations[self.joints_a] @ offset_a[:, :, None])[:, :, 0] + translations[self.joints_a]
-        if root is not None:
-            rotation_a = root.root_rotation @ rotation_a
-            position_a = position_a @ root.root_rotation.T + root.root_translation
-            rotation_b, position_b = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
-            centres = self._centres
+        turned, shifted = pose.rotations[self.joints_a], pose.translations[self.joints_a]
+        rotation_a = turned @ self._mount_a[0]
+        position_a = (turned @ self._mount_a[1])[:, :, 0] + shifted
+        rotation_b, position_b, centres = self._mount_b[0], self._mount_b[1][:, :, 0], self._centres[:, :, 0]
+        if in_object:
+            rotation_a = pose.root_rotation @ rotation_a
+            position_a = position_a @ pose.root_rotation.T + pose.root_translation
         else:
-            turned = rotations[self.joints_b]
-            rotation_b = turned @ np.array([pose[0] for pose in self._pose_b])
-            offset_b = np.array([pose[1] for pose in self._pose_b])
-            position_b = (turned @ offset_b[:, :, None])[:, :, 0] + translations[self.joints_b]
-            centres = (turned @ self._centres[:, :, None])[:, :, 0] + translations[self.joints_b]
+            turned, shifted = pose.rotations[self.joints_b], pose.translations[self.joints_b]
+            rotation_b = turned @ rotation_b
+            position_b = (turned @ self._mount_b[1])[:, :, 0] + shifted
+            centres = (turned @ self._centres)[:, :, 0] + shifted
         local = ((centres - position_a)[:, None, :] @ rotation_a)[:, 0]
         gap = local - np.minimum(np.maximum(local, self._low), self._high)
         distance = np.sqrt(np.einsum("ij,ij->i", gap, gap)) - self._balls
-        normals, points_a, points_b = np.zeros((3, count, 3))
+        normals, points_a, points_b = np.zeros((3, len(distance), 3))
         result, wanted = self._result, self._request
         for k in np.flatnonzero(distance < limit):
             pose_a = coal.Transform3s(rotation_a[k], position_a[k])
@@ -151,6 +145,12 @@ class CoalPairs:
             normals[k] = result.normal
             points_a[k], points_b[k] = result.getNearestPoint1(), result.getNearestPoint2()
         return PairDistances(distance, normals, points_a, points_b, self.joints_a, self.joints_b)
+
+
+def _mounts(shapes: Sequence[LinkShape]) -> tuple[Array, Array]:
+    """Return rotations (m, 3, 3) and positions (m, 3, 1) [m] of coal geometries in the frames of their joints."""
+    rotations = np.array([shape.placement.rotation for shape in shapes])
+    return rotations, np.array([shape.placement.translation for shape in shapes])[:, :, None]
 
 
 def _geometry(shape: LinkShape) -> Any:

@@ -9,6 +9,8 @@ from .spatial import Array
 
 SEARCH_STEPS = 40
 """Most steps of the search along a segment."""
+PINCHED = 1e-6
+"""Width of the bracket [m] at which φ has a kink in it, as on the medial axis of the object."""
 SEARCH_TOLERANCE = 1e-7
 """Step along the segment [m] below which the rest is done by Taylor's formula, of second order in it."""
 
@@ -72,26 +74,27 @@ class SegmentSearch:
         length = np.sqrt(np.einsum("ij,ij->i", along, along))
         t = self._first_guess(start, along)
         distance, gradient = np.empty(len(t)), np.empty((len(t), 3))
-        low, high = np.full(len(t), -0.1), np.full(len(t), 1.1)  # beyond the ends: not yet tried
+        bracket = _Bracket(len(t))
         active = np.arange(len(t))
         for step in range(SEARCH_STEPS):
-            sample = self.grasp_object.sample(start[active] + t[active, None] * along[active])
-            slope, move, value, normal = _newton(sample, along[active])
+            at, ahead = t[active], along[active]
+            sample = self.grasp_object.sample(start[active] + at[:, None] * ahead)
+            slope, move, value, normal = _newton(sample, ahead)
+            bracket.update(active, at, slope, sample)
+            settled = ((at <= 0.0) & (slope >= 0.0)) | ((at >= 1.0) & (slope <= 0.0))
             if step == 0:  # φ is 1-Lipschitz: far segments need no search
-                far = sample.distance - np.maximum(t, 1.0 - t) * length > reach
-                value = np.where(far, sample.distance - np.maximum(t, 1.0 - t) * length, value)
-            else:
-                far = np.zeros(len(active), dtype=bool)
-            low[active] = np.where(slope < 0.0, t[active], low[active])
-            high[active] = np.where(slope > 0.0, t[active], high[active])
-            at_end = ((t[active] <= 0.0) & (slope >= 0.0)) | ((t[active] >= 1.0) & (slope <= 0.0))
-            small = np.abs(move) * length[active] < SEARCH_TOLERANCE
-            pinched = (high - low)[active] * length[active] < SEARCH_TOLERANCE
-            plain = at_end | far | pinched
-            distance[active] = np.where(at_end | pinched, sample.distance, value)
-            gradient[active] = np.where(plain[:, None], sample.gradient, normal)
-            done = plain | small
-            t[active] = _step(t[active], move, low[active], high[active], plain)
+                least = sample.distance - np.maximum(at, 1.0 - at) * length[active]
+                far = ~settled & (least > reach)
+                sample.distance[far] = least[far]
+                settled |= far
+            pinched = ~settled & (bracket.width(active) * length[active] < PINCHED) & (length[active] > 0.0)
+            if pinched.any():
+                sample.distance[pinched], sample.gradient[pinched] = bracket.kink(active[pinched])
+            settled |= pinched
+            distance[active] = np.where(settled, sample.distance, value)
+            gradient[active] = np.where(settled[:, None], sample.gradient, normal)
+            done = settled | (np.abs(move) * length[active] < SEARCH_TOLERANCE)
+            t[active] = np.where(settled, at, bracket.inside(active, at + move))
             active = active[~done]
             if active.size == 0:
                 break
@@ -108,6 +111,40 @@ class SegmentSearch:
         return grid[np.argmin(distance.reshape(-1, grid.size), axis=1)]
 
 
+class _Bracket:
+    """Where the least φ of each segment is known to lie, and ∇φ at both ends; ends not tried lie beyond [0, 1]."""
+
+    def __init__(self, count: int) -> None:
+        self._low, self._high = np.full(count, -0.1), np.full(count, 1.1)
+        self._by_low, self._by_high = np.zeros((count, 5)), np.zeros((count, 5))
+
+    def update(self, active: Array, t: Array, slope: Array, sample: SurfaceSample) -> None:
+        """Take new points in: φ falls at ``t`` where the slope is negative, and rises where it is positive."""
+        ends = np.empty((len(t), 5))  # slope, φ of the tangent at t = 0, ∇φ
+        ends[:, 0], ends[:, 1], ends[:, 2:] = slope, sample.distance - slope * t, sample.gradient
+        falls, rises = slope < 0.0, slope > 0.0
+        self._low[active[falls]], self._by_low[active[falls]] = t[falls], ends[falls]
+        self._high[active[rises]], self._by_high[active[rises]] = t[rises], ends[rises]
+
+    def width(self, active: Array) -> Array:
+        """Return the widths in t."""
+        return self._high[active] - self._low[active]
+
+    def inside(self, active: Array, proposed: Array) -> Array:
+        """Return proposed points, or the middles of the brackets where these lead to a point already tried."""
+        low, high = self._low[active], self._high[active]
+        proposed = np.minimum(np.maximum(proposed, 0.0), 1.0)
+        middle = 0.5 * (np.maximum(low, 0.0) + np.minimum(high, 1.0))
+        return np.where((proposed <= low) | (proposed >= high), middle, proposed)
+
+    def kink(self, active: Array) -> tuple[Array, Array]:
+        """Return φ and its derivative where the tangents at both ends meet: ∇φ there without its part along."""
+        low, high = self._by_low[active], self._by_high[active]
+        share = (high[:, 0] / np.maximum(high[:, 0] - low[:, 0], 1e-300))[:, None]
+        both = share * low + (1.0 - share) * high
+        return both[:, 1], both[:, 2:]
+
+
 def _newton(sample: SurfaceSample, along: Array) -> tuple[Array, Array, Array, Array]:
     """Return dφ/dt, the Newton step in t, and φ and ∇φ after it by Taylor's formula."""
     slope = np.einsum("ij,ij->i", sample.gradient, along)
@@ -118,13 +155,6 @@ def _newton(sample: SurfaceSample, along: Array) -> tuple[Array, Array, Array, A
     move = move - np.where(flat, 0.0, slope / np.where(flat, 1.0, curvature))
     value = sample.distance + slope * move + 0.5 * curvature * move * move
     return slope, move, value, sample.gradient + bent * move[:, None]
-
-
-def _step(t: Array, move: Array, low: Array, high: Array, stay: Array) -> Array:
-    """Return the next t: the Newton step, cut at the ends of the segment, or the middle of the bracket."""
-    proposed = np.minimum(np.maximum(t + move, 0.0), 1.0)
-    middle = 0.5 * (np.maximum(low, 0.0) + np.minimum(high, 1.0))
-    return np.where(stay, t, np.where((proposed <= low) | (proposed >= high), middle, proposed))
 
 
 def saturate(distance: Array, limit: float) -> tuple[Array, Array]:

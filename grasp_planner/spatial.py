@@ -35,6 +35,19 @@ def skew(vectors: Array) -> Array:
     return (vectors @ _SKEW_FROM_VECTOR).reshape(*vectors.shape[:-1], 3, 3)
 
 
+def cross_rows(first: Array, second: Array) -> Array:
+    """Return the cross products of rows; several times faster than ``np.cross`` for a few rows.
+
+    Args:
+        first: Vectors, of shape (m, 3).
+        second: Vectors, of shape (m, 3).
+
+    Returns:
+        Products, of shape (m, 3).
+    """
+    return (skew(first) @ second[:, :, None])[:, :, 0]
+
+
 def rotation_exp(vector: Array) -> Array:
     """Return the rotation matrix of a rotation vector (Rodrigues' formula).
 
