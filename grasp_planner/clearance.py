@@ -17,7 +17,7 @@ from .contact_geometry import ContactGeometry
 from .distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
 from .link_shapes import LinkShape, contact_shapes, joint_centres, link_shapes, shape_pairs, tip_axes
 from .problem import GraspProblem
-from .spatial import Array, cross_rows
+from .spatial import Array, Indices, cross_rows
 from .variables import PoseChart, VariableLayout
 
 ACTIVATION = 0.02
@@ -66,7 +66,7 @@ class _Pose:
         self.root_translation = geometry.translation - self.root_rotation @ np.array(root.translation)
         self.palm = geometry.translation
 
-    def place(self, joints: Array, points: Array) -> Array:
+    def place(self, joints: Indices, points: Array) -> Array:
         """Return points of links in the root frame, of shape (m, 3)."""
         return (self.rotations[joints] @ points[:, :, None])[:, :, 0] + self.translations[joints]
 
@@ -160,7 +160,9 @@ class ClearanceEvaluator:
         """Return the clearances from the object and their derivatives."""
         limit = ACTIVATION + self.options.margin
         swept = self._swept
-        distance, points, normals = np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
+        distance: Array = np.zeros(0)
+        points: Array = np.zeros((0, 3))
+        normals: Array = np.zeros((0, 3))
         joints = swept.joints
         if joints.size:
             start = pose.in_object(pose.place(joints, swept.starts))
@@ -230,7 +232,7 @@ class ClearanceEvaluator:
         gradient[:, self.layout.rotation] += levers @ turn
         return np.einsum("ij,ij->i", normals, axes), gradient
 
-    def _pulled(self, pose: _Pose, turn: Array, joints: Array, points: Array, normals: Array) -> Array:
+    def _pulled(self, pose: _Pose, turn: Array, joints: Indices, points: Array, normals: Array) -> Array:
         """Return ∂(n·p)/∂(q, w) of points fixed on links, p and n in O, of shape (m, n_g)."""
         rows = np.empty((len(joints), self.layout.n_geometric))
         in_root = (points - pose.root_translation) @ pose.root_rotation
@@ -240,7 +242,7 @@ class ClearanceEvaluator:
         rows[:, self.layout.rotation] = cross_rows(points - pose.palm, normals) @ turn
         return rows
 
-    def _moved(self, pose: _Pose, joints: Array, points: Array, normals: Array) -> Array:
+    def _moved(self, pose: _Pose, joints: Indices, points: Array, normals: Array) -> Array:
         """Return ∂(n·p)/∂(all joint angles) of points fixed on links, all in the root frame, of shape (m, nv)."""
         return (normals @ pose.linear + cross_rows(points, normals) @ pose.angular) * self._masks[joints]
 
@@ -255,7 +257,7 @@ class _Segments:
         self.radii = np.array([shape.radius for shape in shapes])
         self._reach = self.radii + np.linalg.norm(self.ends - self.starts, axis=1) / 2
 
-    def near(self, pose: _Pose, pairs: Array, limit: float) -> tuple[Array, Array, Array, Array, Array]:
+    def near(self, pose: _Pose, pairs: Indices, limit: float) -> tuple[Indices, Array, Array, Array, Array]:
         """Return the pairs that are near, their distances, unit normals from a to b and points on their axes."""
         start, end = pose.place(self.joints, self.starts), pose.place(self.joints, self.ends)
         middle = 0.5 * (start + end)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .objects import GraspObject, SurfaceSample
-from .spatial import Array
+from .spatial import Array, Indices
 
 SEARCH_STEPS = 40
 """Most steps of the search along a segment."""
@@ -118,7 +118,7 @@ class _Bracket:
         self._low, self._high = np.full(count, -0.1), np.full(count, 1.1)
         self._by_low, self._by_high = np.zeros((count, 5)), np.zeros((count, 5))
 
-    def update(self, active: Array, t: Array, slope: Array, sample: SurfaceSample) -> None:
+    def update(self, active: Indices, t: Array, slope: Array, sample: SurfaceSample) -> None:
         """Take new points in: φ falls at ``t`` where the slope is negative, and rises where it is positive."""
         ends = np.empty((len(t), 5))  # slope, φ of the tangent at t = 0, ∇φ
         ends[:, 0], ends[:, 1], ends[:, 2:] = slope, sample.distance - slope * t, sample.gradient
@@ -126,18 +126,18 @@ class _Bracket:
         self._low[active[falls]], self._by_low[active[falls]] = t[falls], ends[falls]
         self._high[active[rises]], self._by_high[active[rises]] = t[rises], ends[rises]
 
-    def width(self, active: Array) -> Array:
+    def width(self, active: Indices) -> Array:
         """Return the widths in t."""
         return self._high[active] - self._low[active]
 
-    def inside(self, active: Array, proposed: Array) -> Array:
+    def inside(self, active: Indices, proposed: Array) -> Array:
         """Return proposed points, or the middles of the brackets where these lead to a point already tried."""
         low, high = self._low[active], self._high[active]
         proposed = np.minimum(np.maximum(proposed, 0.0), 1.0)
         middle = 0.5 * (np.maximum(low, 0.0) + np.minimum(high, 1.0))
         return np.where((proposed <= low) | (proposed >= high), middle, proposed)
 
-    def kink(self, active: Array) -> tuple[Array, Array]:
+    def kink(self, active: Indices) -> tuple[Array, Array]:
         """Return φ and its derivative where the tangents at both ends meet: ∇φ there without its part along."""
         low, high = self._by_low[active], self._by_high[active]
         share = (high[:, 0] / np.maximum(high[:, 0] - low[:, 0], 1e-300))[:, None]
@@ -171,7 +171,7 @@ def saturate(distance: Array, limit: float) -> tuple[Array, Array]:
     return np.minimum(distance, 0.5 * limit) + over - over * over / (2.0 * limit), 1.0 - over / limit
 
 
-def grouped_minimum(values: Array, groups: Array, count: int, temperature: float) -> tuple[Array, Array]:
+def grouped_minimum(values: Array, groups: Indices, count: int, temperature: float) -> tuple[Array, Array]:
     """Return smooth minima of groups of values, never above the true ones.
 
     −T ln Σ exp(−v/T): below the minimum by at most T ln(size of the group).

@@ -16,6 +16,9 @@ from .exceptions import InvalidValueError
 Array = npt.NDArray[np.floating[Any]]
 """Array of real numbers, double precision throughout."""
 
+Indices = npt.NDArray[np.integer[Any]]
+"""Array of indices."""
+
 # The Levi-Civita symbol as a 9 x 3 matrix: (LEVI_CIVITA @ v).reshape(3, 3) is skew(v).
 _LEVI_CIVITA = np.zeros((3, 3, 3))
 _LEVI_CIVITA[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0
