@@ -26,11 +26,13 @@ POLISH_MARGINS = {"m": 1e-8, "rad": 1e-8, "N": 1e-6, "1": 1e-8}
 """How far inside inequalities the polish ends, by unit."""
 OPPOSITION_WEIGHT = 3.0
 """Weight of the balance of contact normals."""
+SYNERGY_WEIGHT = 10.0
+"""Weight of joint angles that only bending under load can give [1/rad]."""
 LEAST_SHARE = 0.4
 """Every contact carries at least this part of an equal share in the balance of normals."""
 SQUEEZE = 2.0
 """Normal force the internal forces start from [N]."""
-GEOMETRY_EVALUATIONS, ALL_EVALUATIONS, POLISH_EVALUATIONS = 40, 60, 25
+GEOMETRY_EVALUATIONS, ALL_EVALUATIONS, POLISH_EVALUATIONS = 40, 100, 25
 
 ResidualAndJacobian = Callable[[Array], tuple[Array, Array]]
 Stage = Literal["geometry", "all", "polish"]
@@ -108,9 +110,12 @@ def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, ch
         value, slope = _stack(program, z, [term for term in terms if term.equality], {})
         if stage != "geometry":
             return value, slope
-        balance, derivative = opposition(program.state(z), length)
-        value = np.concatenate([value, OPPOSITION_WEIGHT * balance])
-        return value, np.vstack([slope, OPPOSITION_WEIGHT * derivative * program.scale])
+        state = program.state(z)
+        balance, derivative = opposition(state, length)
+        bent, bending = program.evaluator.synergy_distance(state.x)
+        value = np.concatenate([value, OPPOSITION_WEIGHT * balance, SYNERGY_WEIGHT * bent])
+        rows = np.vstack([OPPOSITION_WEIGHT * derivative, SYNERGY_WEIGHT * bending])
+        return value, np.vstack([slope, rows * program.scale])
 
     def inequality(z: Array) -> tuple[Array, Array]:
         return _stack(program, z, [term for term in terms if not term.equality], margins)

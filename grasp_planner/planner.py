@@ -172,11 +172,10 @@ class _Search:
         if phase_one:
             if clearance:
                 self._least_squares(attempt, reach_feasibility)
-            else:
+            if not clearance or attempt.program.merit(attempt.z) > LEAST_SQUARES_GOOD_ENOUGH:
                 self._run(attempt, "one", 1.0)
-            enough = LEAST_SQUARES_GOOD_ENOUGH if clearance else PHASE_ONE_GOOD_ENOUGH
-            if attempt.program.merit(attempt.z) > enough:
-                return attempt
+                if attempt.program.merit(attempt.z) > PHASE_ONE_GOOD_ENOUGH:
+                    return attempt
             objective_scale = attempt.program.objective_scale(attempt.z)
         self._run(attempt, "two", objective_scale)
         if attempt.program.merit(attempt.z) < WORTH_POLISHING and not self._grasp(attempt).feasible:

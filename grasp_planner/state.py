@@ -90,6 +90,13 @@ class StateEvaluator:
         """Return the pose of the palm frame in O at x."""
         return pin.SE3(*self.chart.pose(x[self.layout.pose]))
 
+    def synergy_distance(self, x: Array) -> tuple[Array, Array]:
+        """Return S_⊥ᵀ (q − q̄) [rad], what the synergies alone can't give, and its derivatives by x."""
+        joints = self.layout.joints
+        derivative = np.zeros((self._complement.shape[1], self.layout.size))
+        derivative[:, joints] = self._complement.T
+        return self._complement.T @ (x[joints] - self.problem.synergies.mean), derivative
+
     def evaluate(self, x: Array) -> GraspState:
         """Evaluate everything at x.
 
