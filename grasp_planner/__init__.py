@@ -5,6 +5,9 @@ and view. Equation numbers throughout are those of [Mavrogiannis2014]: C. I. Mav
 M. V. Liarokapis, K. J. Kyriakopoulos, "Task-Specific Grasp Selection for Underactuated Hands", ICRA 2014.
 """
 
+from .clearance_check import Clearance as Clearance
+from .clearance_check import hand_clearances as hand_clearances
+from .clearance_options import ClearanceOptions as ClearanceOptions
 from .compliance import actual_posture as actual_posture
 from .compliance import contact_forces as contact_forces
 from .compliance import hand_stiffness as hand_stiffness
@@ -48,6 +51,8 @@ from .record import grasp_json as grasp_json
 from .record import grasp_record as grasp_record
 from .record import read_grasp_record as read_grasp_record
 from .record import record_schema as record_schema
+from .retreat import RetreatReport as RetreatReport
+from .retreat import retreat_distance as retreat_distance
 from .starts import GraspStart as GraspStart
 from .starts import random_start as random_start
 from .starts import standard_start as standard_start

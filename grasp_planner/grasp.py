@@ -9,6 +9,13 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
+from .clearance_check import (
+    Clearance,
+    hand_clearances,
+    joint_centre_depth,
+    penetration,
+    tip_overhang,
+)
 from .compliance import contact_forces, hand_stiffness, internal_forces, joint_torques
 from .contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix, hand_jacobian
 from .force_closure import force_closure_margin, force_norm_floor
@@ -233,8 +240,29 @@ class Grasp:
         return parameters.force_weight * self.force_norm + parameters.task_weight * self.task_index
 
     @cached_property
+    def clearances(self) -> tuple[Clearance, ...]:
+        """Exact distances of the hand from the object, from itself and from the ground, whether asked for or not."""
+        return hand_clearances(self.problem, self.joint_angles, self.palm_pose)
+
+    @cached_property
+    def collisions(self) -> dict[str, float]:
+        """Largest violation of everything that can be asked to keep clear, in the unit at the end of its name.
+
+        ``tip_patch`` has no unit. All of them are computed, whether the problem asks for them or not.
+        """
+        problem, q, pose = self.problem, self.joint_angles, self.palm_pose
+        return {
+            "link_object_m": penetration(self.clearances, "link_object"),
+            "joint_centre_m": joint_centre_depth(problem, q, pose),
+            "self_collision_m": penetration(self.clearances, "self_collision"),
+            "ground_m": penetration(self.clearances, "ground"),
+            "tip_patch": tip_overhang(problem, q, pose, self.contacts.normals),
+            "abduction_order_rad": float(max(0.0, -(problem.abduction_differences @ q).min(initial=0.0))),
+        }
+
+    @cached_property
     def violations(self) -> dict[str, float]:
-        """Largest violation of every requirement, in the unit at the end of its name."""
+        """Largest violation of every requirement of the problem, in the unit at the end of its name."""
         hand, q = self.problem.hand, self.joint_angles
         contacts = self.contacts
         region, _ = self.problem.grasp_object.region(contacts.points)
@@ -248,6 +276,7 @@ class Grasp:
             "compliance_rad": float(np.abs(soft).max()),
             "equilibrium_n": float(np.abs(imbalance[:3]).max()),
             "equilibrium_nm": float(np.abs(imbalance[3:]).max()),
+            **{name: self.collisions[name] for name in self.problem.clearance.requirements},
         }
 
     def failures(self, tolerance: float = FEASIBILITY_TOLERANCE) -> dict[str, float]:

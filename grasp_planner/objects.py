@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import coal
 import numpy as np
 
 from .exceptions import InvalidValueError, NameNotFoundError
@@ -38,11 +39,25 @@ class GraspObject(ABC):
     """
 
     kind: ClassVar[str]
+    convex: ClassVar[bool] = True
 
     @property
     @abstractmethod
     def mass(self) -> float:
         """Mass [kg]."""
+
+    @property
+    def solid(self) -> GraspObject:
+        """The body that links have to keep clear of: the object itself, unless only part of it may be touched."""
+        return self
+
+    def coal_geometry(self) -> Any:
+        """Return the exact solid as a coal geometry in O, for checks independent of :meth:`sample`.
+
+        Raises:
+            InvalidValueError: If its kind has none.
+        """
+        raise InvalidValueError("object", self.kind, "an object with a coal geometry")
 
     @abstractmethod
     def sample(self, points: Array) -> SurfaceSample:
@@ -105,6 +120,10 @@ class Sphere(GraspObject):
     def __post_init__(self) -> None:
         _check_sizes(self)
 
+    def coal_geometry(self) -> Any:
+        """Return the coal geometry."""
+        return coal.Sphere(self.radius)
+
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
         distance, gradient, hessian = _rounded(points, np.ones(3))
@@ -143,6 +162,15 @@ class Cylinder(GraspObject):
         _check_sizes(self, edge_limit=min(self.radius, self.height / 2))
         if self.caps not in (0, 1):
             raise InvalidValueError("object cylinder.caps", self.caps, "0 or 1")
+
+    @property
+    def solid(self) -> GraspObject:
+        """The cylinder with its caps."""
+        return self if self.caps else replace(self, caps=1)
+
+    def coal_geometry(self) -> Any:
+        """Return the coal geometry, with caps and rounded edges."""
+        return _rounded_solid(coal.Cylinder(self.radius - self.edge, self.height - 2 * self.edge), self.edge)
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
@@ -204,6 +232,10 @@ class Box(GraspObject):
 
     def __post_init__(self) -> None:
         _check_sizes(self, edge_limit=min(self.x, self.y, self.z) / 2)
+
+    def coal_geometry(self) -> Any:
+        """Return the coal geometry, with rounded edges."""
+        return _rounded_solid(coal.Box(*(2 * (self.half_extents - self.edge))), self.edge)
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
@@ -272,6 +304,12 @@ def _check_sizes(shape: GraspObject, edge_limit: float = np.inf) -> None:
                 raise InvalidValueError(name, value, f"between 1e-06 and {edge_limit:g} m")
         else:
             positive(name, value, zero_allowed=field.name == "caps", unit="kg" if field.name == "mass" else "m")
+
+
+def _rounded_solid(core: Any, edge: float) -> Any:
+    """Return a coal geometry swept by a sphere of a radius [m]."""
+    core.setSweptSphereRadius(edge)
+    return core
 
 
 def _rounded(points: Array, axes: Array) -> tuple[Array, Array, Array]:

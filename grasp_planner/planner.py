@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from .exceptions import InvalidValueError
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from .nlp import solve_nlp
+from .phase_one import polish, reach_feasibility
 from .problem import GraspProblem
 from .program import GraspProgram, Phase
 from .spatial import Array, positive
@@ -22,6 +23,10 @@ FEW_SYNERGIES = 4
 """Up to this many synergies every start is first made feasible (phase one); with more, it rarely pays."""
 PHASE_ONE_GOOD_ENOUGH = 0.1
 """Largest scaled violation after phase one from which phase two is worth trying."""
+LEAST_SQUARES_GOOD_ENOUGH = 0.3
+"""The same for phase one by least squares, which ends inside most of the constraints."""
+WORTH_POLISHING = 0.05
+"""Largest scaled violation after phase two that a last least-squares solve may remove."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,8 @@ class PlannerOptions:
         max_iterations: Most iterations of each phase from each start.
         tolerance: Accuracy asked of the solver, in scaled units.
         time_limit_s: Most wall time [s]; None for no limit.
-        phase_one: Whether to look for feasibility first; None decides by the number of synergies.
+        phase_one: Whether to look for feasibility first; None decides by the number of synergies, and does where
+            the problem asks for clearance: then by least squares, otherwise by SQP.
     """
 
     starts: int = 40
@@ -162,16 +168,32 @@ class _Search:
     def _solve(self, attempt: _Attempt) -> _Attempt:
         """Run the phases from one start."""
         phase_one = self.options.phase_one
+        clearance = self.problem.clearance.needs_geometry
         if phase_one is None:
-            phase_one = self.problem.n_synergies <= FEW_SYNERGIES
+            phase_one = clearance or self.problem.n_synergies <= FEW_SYNERGIES
         objective_scale = attempt.program.objective_scale(attempt.z)
         if phase_one:
-            self._run(attempt, "one", 1.0)
-            if attempt.program.merit(attempt.z) > PHASE_ONE_GOOD_ENOUGH:
-                return attempt
+            if clearance:
+                self._least_squares(attempt, reach_feasibility)
+            if not clearance or attempt.program.merit(attempt.z) > LEAST_SQUARES_GOOD_ENOUGH:
+                self._run(attempt, "one", 1.0)
+                if attempt.program.merit(attempt.z) > PHASE_ONE_GOOD_ENOUGH:
+                    return attempt
             objective_scale = attempt.program.objective_scale(attempt.z)
         self._run(attempt, "two", objective_scale)
+        if attempt.program.merit(attempt.z) < WORTH_POLISHING and not self._grasp(attempt).feasible:
+            self._least_squares(attempt, polish)
         return attempt
+
+    def _least_squares(self, attempt: _Attempt, solve: Callable[..., Array]) -> None:
+        """Move the attempt to the result of a least-squares solve of the violations."""
+        before = attempt.program.evaluations
+        self._check_stop()
+        attempt.z = solve(attempt.program, attempt.z, self._check_stop)
+        attempt.iterations["one"] += attempt.program.evaluations - before
+        attempt.history.append(self._record(attempt, "one"))
+        if self.callback is not None:
+            self.callback(attempt.history[-1])
 
     def _run(self, attempt: _Attempt, phase: Phase, objective_scale: float) -> None:
         """Run one phase and move the attempt to its result."""
@@ -226,13 +248,11 @@ class _Search:
             palm_pose=pose,
         )
 
-    def _keep(self, attempt: _Attempt) -> None:
-        """Turn an attempt into a grasp and keep it if it is better than the best so far."""
+    def _grasp(self, attempt: _Attempt) -> Grasp:
+        """Return the grasp an attempt stands at."""
         program, layout = attempt.program, attempt.program.evaluator.layout
-        if not np.isfinite(attempt.z).all():
-            return
         x = attempt.z * program.scale
-        grasp = Grasp(
+        return Grasp(
             problem=self.problem,
             joint_angles=np.clip(x[layout.joints], self.problem.hand.lower, self.problem.hand.upper),
             palm_pose=pin.SE3(program.evaluator.palm_pose(x)),
@@ -245,8 +265,14 @@ class _Search:
                 history=tuple(attempt.history),
             ),
         )
+
+    def _keep(self, attempt: _Attempt) -> None:
+        """Turn an attempt into a grasp and keep it if it is better than the best so far."""
+        if not np.isfinite(attempt.z).all():
+            return
+        grasp = self._grasp(attempt)
         feasible = grasp.is_feasible(FEASIBILITY_TOLERANCE)
         self.feasible += feasible
-        rank = (not feasible, grasp.objective if feasible else program.merit(attempt.z))
+        rank = (not feasible, grasp.objective if feasible else attempt.program.merit(attempt.z))
         if self._best is None or rank < self._best[0]:
             self._best = (rank, grasp)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
+from .clearance_options import ClearanceOptions
 from .exceptions import InvalidValueError, NameNotFoundError
 from .hand import ContactFrame, Hand
 from .objects import GraspObject
@@ -74,6 +76,7 @@ class GraspProblem:
         synergy_set: Name of the synergy set; the hand's default if None.
         contact_set: Name of the contact set; the hand's first if None.
         synergy_space: Synergies to use instead of a named set.
+        clearance: What has to keep clear of what; ``ClearanceOptions.off()`` for the paper's plain problem.
     """
 
     hand: Hand
@@ -84,6 +87,7 @@ class GraspProblem:
     synergy_set: str | None = None
     contact_set: str | None = None
     synergy_space: SynergySpace | None = None
+    clearance: ClearanceOptions = field(default_factory=ClearanceOptions)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", tuple(self.tasks))
@@ -128,3 +132,21 @@ class GraspProblem:
     def external_wrench(self) -> Array:
         """w_ext [N, N m] in O, of shape (6,): the weight, acting at the centre of mass."""
         return readonly(np.concatenate([self.grasp_object.mass * self.parameters.gravity, np.zeros(3)]))
+
+    @cached_property
+    def up(self) -> Array:
+        """Unit direction opposite to gravity in O, of shape (3,); +z without gravity."""
+        gravity = self.parameters.gravity
+        size = float(np.linalg.norm(gravity))
+        return readonly(-gravity / size) if size > 0.0 else readonly([0.0, 0.0, 1.0])
+
+    @cached_property
+    def abduction_differences(self) -> Array:
+        """Matrix whose product with q has to be ≥ 0 by Remark 1, of shape (m, n_q); m = 0 for hands without one."""
+        order = self.hand.description.remark1
+        joints = order.abduction_order if order is not None else ()
+        rows = np.zeros((max(len(joints) - 1, 0), self.hand.n_joints))
+        for row, (first, second) in zip(rows, pairwise(joints), strict=True):
+            row[self.hand.joint_index(first)] -= order.sign if order is not None else 0
+            row[self.hand.joint_index(second)] += order.sign if order is not None else 0
+        return readonly(rows)

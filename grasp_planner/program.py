@@ -7,11 +7,12 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
+from .clearance_terms import problem_constraints
 from .nlp import NonlinearProgram
 from .problem import GraspProblem
 from .spatial import Array
 from .state import GraspState, StateEvaluator
-from .terms import CONSTRAINTS, Constraint
+from .terms import Constraint
 
 JOINT_SCALE = 0.3
 """A unit step of a scaled joint angle [rad]."""
@@ -40,6 +41,7 @@ class GraspProgram:
         problem: The problem.
         evaluator: Evaluates states.
         scale: x = scale · z, of shape (n_x,).
+        constraints: The constraints of the problem.
         evaluations: States evaluated so far.
     """
 
@@ -50,8 +52,9 @@ class GraspProgram:
         self.evaluations = 0
         self._key: bytes | None = None
         self._state: GraspState | None = None
-        self._equalities = [term for term in CONSTRAINTS if term.equality]
-        self._inequalities = [term for term in CONSTRAINTS if not term.equality]
+        self.constraints = problem_constraints(problem)
+        self._equalities = [term for term in self.constraints if term.equality]
+        self._inequalities = [term for term in self.constraints if not term.equality]
 
     def state(self, z: Array) -> GraspState:
         """Return the state at scaled variables; the last one is remembered."""
@@ -93,24 +96,24 @@ class GraspProgram:
             gradient = by_force * state.d_force_norm + by_task * state.d_task_index
             return by_force * state.force_norm + by_task * state.task_index, gradient * self.scale
 
-        lower, upper = self._bounds()
+        lower, upper = self.bounds()
         return NonlinearProgram(
             objective=objective,
             equality=lambda z: self._stack(self._equalities, z),
             inequality=lambda z: self._stack(self._inequalities, z),
-            lower=lower / self.scale,
-            upper=upper / self.scale,
+            lower=lower,
+            upper=upper,
         )
 
     def violations(self, z: Array) -> dict[str, float]:
         """Return the largest violation of every constraint, in its unit."""
         state = self.state(z)
-        return {term.name: term.violation(self.problem, state) for term in CONSTRAINTS}
+        return {term.name: term.violation(self.problem, state) for term in self.constraints}
 
     def merit(self, z: Array) -> float:
         """Return the largest scaled violation: how far from feasible a point is."""
         found = self.violations(z)
-        return max(term.scale * found[term.name] for term in CONSTRAINTS)
+        return max(term.scale * found[term.name] for term in self.constraints)
 
     def _stack(self, terms: list[Constraint], z: Array) -> tuple[Array, Array]:
         """Return scaled residuals and Jacobian of some terms."""
@@ -130,12 +133,12 @@ class GraspProgram:
         scale[layout.displacement] = 1.0 / (UNIT_FORCE_ARM * stiffness)
         return scale
 
-    def _bounds(self) -> tuple[Array, Array]:
-        """Return bounds of x: joint limits (31) and the reach of the palm; δσ is free."""
+    def bounds(self) -> tuple[Array, Array]:
+        """Return bounds of the scaled variables: joint limits (31) and the reach of the palm; δσ is free."""
         layout, hand = self.evaluator.layout, self.problem.hand
         upper = np.full(layout.size, np.inf)
         upper[layout.translation] = TRANSLATION_REACH
         upper[layout.rotation] = ROTATION_REACH
         lower = -upper
         lower[layout.joints], upper[layout.joints] = hand.lower, hand.upper
-        return lower, upper
+        return lower / self.scale, upper / self.scale

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,6 +12,8 @@ import numpy as np
 import pinocchio as pin
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from .clearance_check import ClearanceKind, least_distance
+from .clearance_options import ClearanceOptions, LinkObjectMode
 from .exceptions import FileFormatError
 from .grasp import Grasp, SearchReport
 from .hand import Hand, load_hand
@@ -68,6 +71,28 @@ class ContactRecord(_Record):
     friction_margin: Number = Field(description="μ f_n − |f_t|, N")
 
 
+class ClearanceOptionsRecord(_Record):
+    """What had to keep clear of what."""
+
+    link_object: LinkObjectMode = Field(description="Remark 2: real geometry, joint centres only, or off")
+    self_collision: bool
+    tip_patch: bool
+    remark1: bool = Field(description="abduction angles keep their order")
+    margin: Number = Field(description="m")
+    ground: Optional = Field(description="height of the ground along the direction opposite to gravity, m")
+
+
+class ClearanceRecord(_Record):
+    """The closest pair of a kind, by exact distances; in O."""
+
+    kind: Literal["link_object", "self_collision", "ground"]
+    link_a: str
+    link_b: str = Field(description="a link, object or ground")
+    distance: Number = Field(description="negative if they overlap, m")
+    point_a: Vector3 = Field(description="m")
+    point_b: Vector3 = Field(description="m")
+
+
 class ParameterRecord(_Record):
     """Parameters of the model."""
 
@@ -81,10 +106,11 @@ class ParameterRecord(_Record):
     torque_model: Literal["total", "internal"]
     synergy_set: str | None
     contact_set: str
+    clearance: ClearanceOptionsRecord = Field(default_factory=lambda: _clearance_options(ClearanceOptions.off()))
 
 
 class ViolationRecord(_Record):
-    """Largest violation of every requirement."""
+    """Largest violation of every requirement; those of clearance only where asked for."""
 
     surface_m: Number
     region_m: Number
@@ -93,6 +119,12 @@ class ViolationRecord(_Record):
     compliance_rad: Number
     equilibrium_n: Number
     equilibrium_nm: Number
+    link_object_m: Optional = None
+    joint_centre_m: Optional = None
+    self_collision_m: Optional = None
+    ground_m: Optional = None
+    tip_patch: Optional = None
+    abduction_order_rad: Optional = None
 
 
 class GraspRecord(_Record):
@@ -133,6 +165,7 @@ class GraspRecord(_Record):
     external_wrench: Vector6 = Field(description="on the object in O; N, N m")
     parameters: ParameterRecord
     violations: ViolationRecord
+    clearances: list[ClearanceRecord] = Field(default=[], description="the closest pair of every kind")
 
 
 def _number(value: float) -> float | None:
@@ -196,7 +229,31 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         external_wrench=problem.external_wrench.tolist(),
         parameters=_parameter_record(problem),
         violations=ViolationRecord(**grasp.violations),
+        clearances=_clearance_records(grasp),
     )
+
+
+def _clearance_options(options: ClearanceOptions) -> ClearanceOptionsRecord:
+    """Return the record of clearance options."""
+    return ClearanceOptionsRecord(**asdict(options))
+
+
+def _clearance_records(grasp: Grasp) -> list[ClearanceRecord]:
+    """Return the records of the closest pair of every kind."""
+    kinds: tuple[ClearanceKind, ...] = ("link_object", "self_collision", "ground")
+    closest = (least_distance(grasp.clearances, kind) for kind in kinds)
+    return [
+        ClearanceRecord(
+            kind=pair.kind,
+            link_a=pair.link_a,
+            link_b=pair.link_b,
+            distance=pair.distance,
+            point_a=pair.point_a.tolist(),
+            point_b=pair.point_b.tolist(),
+        )
+        for pair in closest
+        if pair is not None
+    ]
 
 
 def _contact_records(grasp: Grasp) -> list[ContactRecord]:
@@ -235,6 +292,7 @@ def _parameter_record(problem: GraspProblem) -> ParameterRecord:
         torque_model=parameters.torque_model,
         synergy_set=named if problem.synergy_space is None else None,
         contact_set=problem.contact_set or problem.hand.contact_set_names[0],
+        clearance=_clearance_options(problem.clearance),
     )
 
 
@@ -304,6 +362,7 @@ def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
         parameters=parameters,
         synergy_set=given.synergy_set,
         contact_set=given.contact_set,
+        clearance=ClearanceOptions(**given.clearance.model_dump()),
     )
     rotation = pin.Quaternion(readonly(record.palm_pose.quaternion_xyzw)).normalized().matrix()
     report = SearchReport(

@@ -16,6 +16,9 @@ from .exceptions import InvalidValueError
 Array = npt.NDArray[np.floating[Any]]
 """Array of real numbers, double precision throughout."""
 
+Indices = npt.NDArray[np.integer[Any]]
+"""Array of indices."""
+
 # The Levi-Civita symbol as a 9 x 3 matrix: (LEVI_CIVITA @ v).reshape(3, 3) is skew(v).
 _LEVI_CIVITA = np.zeros((3, 3, 3))
 _LEVI_CIVITA[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0
@@ -33,6 +36,19 @@ def skew(vectors: Array) -> Array:
         Matrices, of shape (..., 3, 3).
     """
     return (vectors @ _SKEW_FROM_VECTOR).reshape(*vectors.shape[:-1], 3, 3)
+
+
+def cross_rows(first: Array, second: Array) -> Array:
+    """Return the cross products of rows; several times faster than ``np.cross`` for a few rows.
+
+    Args:
+        first: Vectors, of shape (m, 3).
+        second: Vectors, of shape (m, 3).
+
+    Returns:
+        Products, of shape (m, 3).
+    """
+    return (skew(first) @ second[:, :, None])[:, :, 0]
 
 
 def rotation_exp(vector: Array) -> Array:

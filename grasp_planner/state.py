@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from .clearance import ClearanceEvaluator, ClearanceState
 from .contact_geometry import ContactGeometry, ContactGeometryEvaluator
 from .force_distribution import ForceDistribution
 from .problem import GraspProblem
@@ -45,6 +46,7 @@ class GraspState:
         d_compliance: ∂compliance/∂x, of shape (n_q − n_s, n_x).
         d_force_norm: ∂F/∂x, of shape (n_x,).
         d_task_index: ∂C/∂x, of shape (n_x,).
+        clearance: Clearances of the hand; None if the problem asks for none.
     """
 
     x: Array
@@ -63,6 +65,7 @@ class GraspState:
     d_compliance: Array
     d_force_norm: Array
     d_task_index: Array
+    clearance: ClearanceState | None
 
 
 class StateEvaluator:
@@ -76,6 +79,7 @@ class StateEvaluator:
         self.layout = VariableLayout(problem.hand.n_joints, problem.n_synergies)
         self.chart = PoseChart.around(reference_pose)
         self._geometry = ContactGeometryEvaluator(problem, self.chart)
+        self._clearance = ClearanceEvaluator(problem, self.chart) if problem.clearance.needs_geometry else None
         self._complement = problem.synergies.complement()
 
     def pack(self, q: Array, pose: pin.SE3, delta_sigma: Array) -> Array:
@@ -85,6 +89,13 @@ class StateEvaluator:
     def palm_pose(self, x: Array) -> pin.SE3:
         """Return the pose of the palm frame in O at x."""
         return pin.SE3(*self.chart.pose(x[self.layout.pose]))
+
+    def synergy_distance(self, x: Array) -> tuple[Array, Array]:
+        """Return S_⊥ᵀ (q − q̄) [rad], what the synergies alone can't give, and its derivatives by x."""
+        joints = self.layout.joints
+        derivative = np.zeros((self._complement.shape[1], self.layout.size))
+        derivative[:, joints] = self._complement.T
+        return self._complement.T @ (x[joints] - self.problem.synergies.mean), derivative
 
     def evaluate(self, x: Array) -> GraspState:
         """Evaluate everything at x.
@@ -133,6 +144,7 @@ class StateEvaluator:
             d_compliance=self._complement.T @ d_bent,
             d_force_norm=(normal / force_norm) @ d_normal,
             d_task_index=self._pad(d_task_index),
+            clearance=None if self._clearance is None else self._clearance.evaluate(x, geometry),
         )
 
     def _pad(self, derivative: Array) -> Array:

@@ -1,6 +1,7 @@
 """The terms of the planning problem: costs and constraints, each reading one evaluated state.
 
-To add one, write a class with two methods and list it in :data:`CONSTRAINTS` or :data:`COSTS`.
+To add one, write a class with two methods and list it in :data:`MODEL_CONSTRAINTS` or :data:`COSTS`; those that can
+be switched off are in :mod:`grasp_planner.clearance_terms`.
 """
 
 from __future__ import annotations
@@ -23,12 +24,14 @@ class Constraint(ABC):
         unit: Unit of the residual.
         equality: Whether it is an equality.
         scale: Factor that brings residuals to order one for the solver.
+        geometric: Whether it depends on posture and palm pose only, not on forces.
     """
 
     name: ClassVar[str]
     unit: ClassVar[str]
     equality: ClassVar[bool]
     scale: ClassVar[float]
+    geometric: ClassVar[bool] = True
 
     @abstractmethod
     def residual(self, problem: GraspProblem, state: GraspState) -> Array:
@@ -64,6 +67,7 @@ class SoftSynergy(Constraint):
     """The posture is one the synergies and the joint compliance give together; eq. (4), (10)."""
 
     name, unit, equality, scale = "compliance", "rad", True, 10.0
+    geometric = False
 
     def residual(self, problem: GraspProblem, state: GraspState) -> Array:
         """Return S_⊥ᵀ (q − q̄ + C_q τ)."""
@@ -78,6 +82,7 @@ class FrictionCone(Constraint):
     """Every contact force lies in its friction cone; eq. (30)."""
 
     name, unit, equality, scale = "friction", "N", False, 1.0
+    geometric = False
 
     def residual(self, problem: GraspProblem, state: GraspState) -> Array:
         """Return the smooth margins."""
@@ -153,8 +158,8 @@ class TaskIndex(Cost):
         return state.d_task_index
 
 
-CONSTRAINTS: tuple[Constraint, ...] = (SurfaceContact(), SoftSynergy(), FrictionCone(), ContactRegion())
-"""Every constraint of the planning problem."""
+MODEL_CONSTRAINTS: tuple[Constraint, ...] = (SurfaceContact(), SoftSynergy(), FrictionCone(), ContactRegion())
+"""The constraints every planning problem has."""
 
 COSTS: tuple[Cost, ...] = (ForceNorm(), TaskIndex())
 """Every cost of the planning problem."""

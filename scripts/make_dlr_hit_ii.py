@@ -148,7 +148,8 @@ FINGER_LINKS = {
             (0.0061008, 0.0008335, 0.0017728),
             (0.776196e-6, 1.85295e-6, 1.89458e-6, -0.065963e-6, 0.191790e-6, 0.027645e-6),
         ),
-        (Solid("capsule", (0.0, 0.0, 0.0), (0.016, 0.0, 0.0), 0.0105, end_material="rubber"),),
+        # Its end cap is the pad's sphere, so that a touching pad touches with the link's own surface.
+        (Solid("capsule", (0.0, 0.0, 0.0), (PAD, 0.0, 0.0), PAD_RADIUS, end_material="rubber"),),
         (hinge(0.0115),),
     ),
     "tip": Link(),

@@ -1,0 +1,273 @@
+"""Clearances of the hand as smooth functions of the variables: object, other fingers, ground; with derivatives.
+
+Spheres and capsules against the object use its signed distance along their axis, and against each other the
+distance of their axes: both stay smooth when bodies overlap. Other shapes use coal. Derivatives are those of the
+witness points, held fixed on their links, along the normal between them (envelope theorem).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from .coal_distances import CoalPairs
+from .contact_geometry import ContactGeometry
+from .distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
+from .link_shapes import LinkShape, contact_shapes, joint_centres, link_shapes, shape_pairs, tip_axes
+from .problem import GraspProblem
+from .spatial import Array, Indices, cross_rows
+from .variables import PoseChart, VariableLayout
+
+ACTIVATION = 0.02
+"""Clearances saturate smoothly at this value [m]: what is 1.5 times as far costs nothing and pulls nothing."""
+TEMPERATURE = 2e-4
+"""Sharpness T of the smooth minimum over the pairs of two fingers [m]."""
+
+
+@dataclass(frozen=True)
+class ClearanceState:
+    """Clearances at one x [m], with derivatives by the n_g = n_q + 6 variables (q, w); empty where not asked for.
+
+    Attributes:
+        link_object: Saturated signed distances of links from the object, of shape (m_o,).
+        d_link_object: Derivatives, of shape (m_o, n_g).
+        self_collision: Smooth least distances of each two fingers and of each finger and the palm, of shape (m_s,).
+        d_self_collision: Derivatives, of shape (m_s, n_g).
+        ground: Smooth least heights above the ground of the palm and of each finger, of shape (m_g,).
+        d_ground: Derivatives, of shape (m_g, n_g).
+        tip_patch: n·a of each touching last link, of shape (m_t,).
+        d_tip_patch: Derivatives, of shape (m_t, n_g).
+    """
+
+    link_object: Array
+    d_link_object: Array
+    self_collision: Array
+    d_self_collision: Array
+    ground: Array
+    d_ground: Array
+    tip_patch: Array
+    d_tip_patch: Array
+
+
+class _Pose:
+    """Placements of all joints and the Jacobian columns at one posture, in the root frame, and the root in O."""
+
+    def __init__(self, evaluator: ClearanceEvaluator, q: Array, geometry: ContactGeometry) -> None:
+        model, data, hand = evaluator.model, evaluator.data, evaluator.problem.hand
+        pin.computeJointJacobians(model, data, hand.full_configuration(q))
+        placements = data.oMi.tolist()
+        self.rotations = np.array([placement.rotation for placement in placements])
+        self.translations = np.array([placement.translation for placement in placements])
+        self.linear, self.angular = np.array(data.J[:3]), np.array(data.J[3:])
+        root = hand.palm_in_root
+        self.root_rotation = geometry.rotation @ np.array(root.rotation).T
+        self.root_translation = geometry.translation - self.root_rotation @ np.array(root.translation)
+        self.palm = geometry.translation
+
+    def place(self, joints: Indices, points: Array) -> Array:
+        """Return points of links in the root frame, of shape (m, 3)."""
+        return (self.rotations[joints] @ points[:, :, None])[:, :, 0] + self.translations[joints]
+
+    def in_object(self, points: Array) -> Array:
+        """Return points of the root frame in O."""
+        return points @ self.root_rotation.T + self.root_translation
+
+
+class ClearanceEvaluator:
+    """Evaluates the clearances of a problem; has its own Pinocchio workspace, for one thread."""
+
+    def __init__(self, problem: GraspProblem, chart: PoseChart) -> None:
+        self.problem, self.options, self.chart = problem, problem.clearance, chart
+        hand = problem.hand
+        self.model, self.data = hand.model, hand.model.createData()
+        self.layout = VariableLayout(hand.n_joints, problem.n_synergies)
+        self._masks = np.zeros((hand.model.njoints, hand.model.nv))
+        for joint, support in enumerate(hand.model.supports):
+            self._masks[joint, [hand.model.joints[k].idx_v for k in support.tolist()[1:]]] = 1.0
+        shapes = link_shapes(hand)
+        self._set_object(shapes)
+        self._set_self(shapes)
+        self._set_ground(shapes)
+        self._tips = tip_axes(hand, problem.frames) if self.options.tip_patch else ()
+        self._tip_contacts = np.array([tip[0] for tip in self._tips], dtype=int)
+        self._tip_joints = np.array([tip[1] for tip in self._tips], dtype=int)
+        self._tip_axes = np.array([tip[2] for tip in self._tips]).reshape(-1, 3, 1)
+
+    def evaluate(self, x: Array, geometry: ContactGeometry) -> ClearanceState:
+        """Evaluate all clearances.
+
+        Args:
+            x: The variables, of shape (n_x,).
+            geometry: The contact geometry there.
+
+        Returns:
+            Clearances with derivatives.
+        """
+        pose = _Pose(self, x[self.layout.joints], geometry)
+        turn = self.chart.turn_jacobian(x[self.layout.pose])
+        link_object = self._link_object(pose, turn)
+        self_collision = self._self_collision(pose)
+        ground = self._ground(pose, turn)
+        tip_patch = self._tip_patch(pose, turn, geometry)
+        return ClearanceState(*link_object, *self_collision, *ground, *tip_patch)
+
+    # --- what is evaluated ---------------------------------------------------------------------------
+
+    def _set_object(self, shapes: tuple[LinkShape, ...]) -> None:
+        """Choose the solids that keep clear of the object."""
+        hand, grasp_object = self.problem.hand, self.problem.grasp_object.solid
+        guarded: tuple[LinkShape, ...] = ()
+        if self.options.link_object == "geometry":
+            touching = contact_shapes(hand, shapes, self.problem.frames)
+            guarded = tuple(shape for shape in shapes if shape.name not in touching)
+        elif self.options.link_object == "joint_centres":
+            guarded = joint_centres(hand)
+        self._swept = _Segments([shape for shape in guarded if shape.geometry is None])
+        self._search = SegmentSearch(grasp_object, len(self._swept.radii))
+        solids = [shape for shape in guarded if shape.geometry is not None]
+        self._solids = CoalPairs.with_object(solids, grasp_object) if solids else None
+
+    def _set_self(self, shapes: tuple[LinkShape, ...]) -> None:
+        """Choose the pairs of solids that keep clear of each other, and their groups."""
+        self._segments = _Segments(shapes)
+        pairs = shape_pairs(self.problem.hand, shapes) if self.options.self_collision else ()
+        keys = [tuple(sorted((shapes[i].branch, shapes[j].branch))) for i, j in pairs]
+        groups = {key: row for row, key in enumerate(sorted(set(keys)))}
+        self._n_groups = len(groups)
+        swept = [k for k, (i, j) in enumerate(pairs) if shapes[i].geometry is None and shapes[j].geometry is None]
+        solid = sorted(set(range(len(pairs))) - set(swept))
+        self._pairs = np.array([pairs[k] for k in swept], dtype=int).reshape(-1, 2)
+        self._pair_groups = np.array([groups[keys[k]] for k in (*swept, *solid)], dtype=int)
+        self._solid_pairs = None
+        if solid:
+            self._solid_pairs = CoalPairs([(shapes[pairs[k][0]], shapes[pairs[k][1]]) for k in solid])
+
+    def _set_ground(self, shapes: tuple[LinkShape, ...]) -> None:
+        """Choose the points that stay above the ground."""
+        used = shapes if self.options.ground is not None else ()
+        branches = {branch: row for row, branch in enumerate(sorted({shape.branch for shape in used}))}
+        self._corner_joints = np.array([shape.joint for shape in used for _ in shape.corners], dtype=int)
+        self._corners = np.array([corner for shape in used for corner in shape.corners]).reshape(-1, 3)
+        self._rims = np.array([shape.rim for shape in used for _ in shape.corners])
+        self._corner_groups = np.array([branches[shape.branch] for shape in used for _ in shape.corners], dtype=int)
+        self._n_branches = len(branches)
+
+    # --- evaluation ----------------------------------------------------------------------------------
+
+    def _link_object(self, pose: _Pose, turn: Array) -> tuple[Array, Array]:
+        """Return the clearances from the object and their derivatives."""
+        limit = ACTIVATION + self.options.margin
+        swept = self._swept
+        distance: Array = np.zeros(0)
+        points: Array = np.zeros((0, 3))
+        normals: Array = np.zeros((0, 3))
+        joints = swept.joints
+        if joints.size:
+            start = pose.in_object(pose.place(joints, swept.starts))
+            end = pose.in_object(pose.place(joints, swept.ends))
+            distance, points, normals = self._search.least(start, end, 1.5 * limit + swept.radii)
+            distance = distance - swept.radii
+        if self._solids is not None:
+            by_coal = self._solids.distances(pose, 1.5 * limit, in_object=True)
+            distance = np.concatenate([distance, by_coal.distance])
+            points = np.vstack([points, by_coal.points_a])
+            normals = np.vstack([normals, -by_coal.normals])
+            joints = np.concatenate([joints, by_coal.joints_a])
+        value, slope = saturate(distance, limit)
+        return value, slope[:, None] * self._pulled(pose, turn, joints, points, normals)
+
+    def _self_collision(self, pose: _Pose) -> tuple[Array, Array]:
+        """Return the least distances of each two fingers and their derivatives."""
+        n_q = self.layout.n_joints
+        if self._n_groups == 0:
+            return np.zeros(0), np.zeros((0, n_q + 6))
+        limit = ACTIVATION + self.options.margin
+        values = np.full(self._pair_groups.size, limit)
+        rows = np.zeros((self._pair_groups.size, n_q))
+        near, distance, normals, point_a, point_b = self._segments.near(pose, self._pairs, 1.5 * limit)
+        joint_a, joint_b = self._segments.joints[self._pairs[near]].T
+        if self._solid_pairs is not None:
+            found = self._solid_pairs.distances(pose, 1.5 * limit)
+            close = np.flatnonzero(found.distance < 1.5 * limit)
+            near = np.concatenate([near, len(self._pairs) + close])
+            distance = np.concatenate([distance, found.distance[close]])
+            normals = np.vstack([normals, found.normals[close]])
+            point_a, point_b = np.vstack([point_a, found.points_a[close]]), np.vstack([point_b, found.points_b[close]])
+            joint_a = np.concatenate([joint_a, found.joints_a[close]])
+            joint_b = np.concatenate([joint_b, found.joints_b[close]])
+        values[near], slope = saturate(distance, limit)
+        by_joint = self._moved(pose, joint_b, point_b, normals) - self._moved(pose, joint_a, point_a, normals)
+        rows[near] = slope[:, None] * (by_joint @ self.problem.hand.coupling)
+        least, weights = grouped_minimum(values, self._pair_groups, self._n_groups, TEMPERATURE)
+        gradient = np.zeros((self._n_groups, n_q + 6))
+        np.add.at(gradient[:, :n_q], self._pair_groups[near], weights[near, None] * rows[near])
+        return least, gradient
+
+    def _ground(self, pose: _Pose, turn: Array) -> tuple[Array, Array]:
+        """Return the least heights above the ground and their derivatives."""
+        if self._n_branches == 0:
+            return np.zeros(0), np.zeros((0, self.layout.n_geometric))
+        up = self.problem.up
+        points = pose.in_object(pose.place(self._corner_joints, self._corners))
+        heights = points @ up - self._rims - float(self.options.ground or 0.0)
+        rows = self._pulled(pose, turn, self._corner_joints, points, np.tile(up, (len(points), 1)))
+        least, weights = grouped_minimum(heights, self._corner_groups, self._n_branches, TEMPERATURE)
+        gradient = np.zeros((self._n_branches, self.layout.n_geometric))
+        np.add.at(gradient, self._corner_groups, weights[:, None] * rows)
+        return least, gradient
+
+    def _tip_patch(self, pose: _Pose, turn: Array, geometry: ContactGeometry) -> tuple[Array, Array]:
+        """Return n·a of each touching last link and its derivatives; dn from the object's curvature, da = ω × a."""
+        if not self._tips:
+            return np.zeros(0), np.zeros((0, self.layout.n_geometric))
+        joints = self._tip_joints
+        axes = (pose.rotations[joints] @ self._tip_axes)[:, :, 0] @ pose.root_rotation.T
+        normals = geometry.normals[self._tip_contacts]
+        gradient = (axes[:, None, :] @ geometry.d_normals[self._tip_contacts])[:, 0]
+        levers = cross_rows(axes, normals)
+        spin = ((levers @ pose.root_rotation) @ pose.angular) * self._masks[joints]
+        gradient[:, self.layout.joints] += spin @ self.problem.hand.coupling
+        gradient[:, self.layout.rotation] += levers @ turn
+        return np.einsum("ij,ij->i", normals, axes), gradient
+
+    def _pulled(self, pose: _Pose, turn: Array, joints: Indices, points: Array, normals: Array) -> Array:
+        """Return ∂(n·p)/∂(q, w) of points fixed on links, p and n in O, of shape (m, n_g)."""
+        rows = np.empty((len(joints), self.layout.n_geometric))
+        in_root = (points - pose.root_translation) @ pose.root_rotation
+        moved = self._moved(pose, joints, in_root, normals @ pose.root_rotation)
+        rows[:, self.layout.joints] = moved @ self.problem.hand.coupling
+        rows[:, self.layout.translation] = normals
+        rows[:, self.layout.rotation] = cross_rows(points - pose.palm, normals) @ turn
+        return rows
+
+    def _moved(self, pose: _Pose, joints: Indices, points: Array, normals: Array) -> Array:
+        """Return ∂(n·p)/∂(all joint angles) of points fixed on links, all in the root frame, of shape (m, nv)."""
+        return (normals @ pose.linear + cross_rows(points, normals) @ pose.angular) * self._masks[joints]
+
+
+class _Segments:
+    """Axes and radii of solids as arrays, in the frames of their joints."""
+
+    def __init__(self, shapes: list[LinkShape] | tuple[LinkShape, ...]) -> None:
+        self.joints = np.array([shape.joint for shape in shapes], dtype=int)
+        self.starts = np.array([shape.start for shape in shapes]).reshape(-1, 3)
+        self.ends = np.array([shape.end for shape in shapes]).reshape(-1, 3)
+        self.radii = np.array([shape.radius for shape in shapes])
+        self._reach = self.radii + np.linalg.norm(self.ends - self.starts, axis=1) / 2
+
+    def near(self, pose: _Pose, pairs: Indices, limit: float) -> tuple[Indices, Array, Array, Array, Array]:
+        """Return the pairs that are near, their distances, unit normals from a to b and points on their axes."""
+        start, end = pose.place(self.joints, self.starts), pose.place(self.joints, self.ends)
+        middle = 0.5 * (start + end)
+        i, j = pairs.T
+        apart = middle[j] - middle[i]
+        bound = self._reach[i] + self._reach[j] + limit
+        near = np.flatnonzero(np.einsum("ij,ij->i", apart, apart) < bound * bound)
+        i, j = i[near], j[near]
+        point_a, point_b = segment_pairs(start[i], end[i], start[j], end[j])
+        normals = point_b - point_a
+        length = np.sqrt(np.einsum("ij,ij->i", normals, normals))
+        normals /= np.maximum(length, 1e-12)[:, None]
+        return near, length - self.radii[i] - self.radii[j], normals, point_a, point_b

@@ -1,0 +1,168 @@
+"""Signed distances with witness points by coal, for shapes that are no spheres or capsules, and for checks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import coal
+import numpy as np
+
+from .link_shapes import LinkShape
+from .objects import GraspObject
+from .spatial import Array
+
+TOLERANCE = 1e-12
+"""GJK and EPA tolerance; with coal's default of 1e-6 normals of curved shapes are rough."""
+MAX_ITERATIONS = 1000
+"""Most GJK and EPA iterations."""
+
+
+@dataclass(frozen=True)
+class PairDistances:
+    """Distances of m pairs of solids.
+
+    Attributes:
+        distance: Signed distances; lower bounds for far pairs [m], of shape (m,).
+        normals: Unit normals from the first to the second solid, of shape (m, 3); zero for far pairs.
+        points_a: Witness points on the first solids [m], of shape (m, 3).
+        points_b: Witness points on the second solids [m], of shape (m, 3).
+        joints_a: Joints that carry the first solids, of shape (m,).
+        joints_b: Joints that carry the second ones, of shape (m,).
+    """
+
+    distance: Array
+    normals: Array
+    points_a: Array
+    points_b: Array
+    joints_a: Array
+    joints_b: Array
+
+
+class HandPose(Protocol):
+    """Placements of all joints in the root frame, and pose of the root in O."""
+
+    rotations: Array
+    translations: Array
+    root_rotation: Array
+    root_translation: Array
+
+
+def request() -> Any:
+    """Return a request for exact signed distances with witness points."""
+    wanted = coal.DistanceRequest()
+    wanted.enable_signed_distance = True
+    wanted.gjk_tolerance = wanted.epa_tolerance = TOLERANCE
+    wanted.gjk_max_iterations = wanted.epa_max_iterations = MAX_ITERATIONS
+    return wanted
+
+
+def signed_distance(first: Any, pose_first: Any, second: Any, pose_second: Any) -> tuple[float, Array, Array, Array]:
+    """Return the signed distance of two coal geometries with witness points and normal.
+
+    Args:
+        first: First geometry.
+        pose_first: Its pose, coal.Transform3s.
+        second: Second geometry.
+        pose_second: Its pose.
+
+    Returns:
+        Distance [m], negative if they overlap; nearest points on both; unit normal from the first to the second.
+    """
+    result = coal.DistanceResult()
+    value = coal.distance(first, pose_first, second, pose_second, request(), result)
+    return float(value), result.getNearestPoint1(), result.getNearestPoint2(), np.array(result.normal)
+
+
+class CoalPairs:
+    """Pairs of solids whose distances coal computes; the second may be the object."""
+
+    def __init__(self, pairs: Sequence[tuple[LinkShape, LinkShape]]) -> None:
+        self._set([pair[0] for pair in pairs])
+        second = [pair[1] for pair in pairs]
+        self.joints_b = np.array([shape.joint for shape in second], dtype=int)
+        self._second = [_geometry(shape) for shape in second]
+        self._mount_b = _mounts(second)
+        self._centres = np.array([(shape.start + shape.end) / 2 for shape in second])[:, :, None]
+        self._balls = np.array([s.radius + float(np.linalg.norm(s.end - s.start)) / 2 for s in second])
+
+    @classmethod
+    def with_object(cls, shapes: Sequence[LinkShape], grasp_object: GraspObject) -> CoalPairs:
+        """Return the pairs of solids with an object."""
+        pairs = cls.__new__(cls)
+        pairs._set(shapes)
+        count = len(shapes)
+        pairs.joints_b = np.full(count, -1)
+        pairs._second = [grasp_object.coal_geometry()] * count
+        pairs._mount_b = (np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3, 1)))
+        pairs._centres = np.zeros((count, 3, 1))
+        pairs._balls = np.full(count, float(np.linalg.norm(grasp_object.half_extents)))
+        return pairs
+
+    def _set(self, first: Sequence[LinkShape]) -> None:
+        """Store the first solids and, for the broad phase, boxes around them."""
+        self._request, self._result = request(), coal.DistanceResult()
+        self.joints_a = np.array([shape.joint for shape in first], dtype=int)
+        self._first = [_geometry(shape) for shape in first]
+        self._mount_a = _mounts(first)
+        bounds = [_local_bounds(shape) for shape in first]
+        self._low, self._high = np.array([b[0] for b in bounds]), np.array([b[1] for b in bounds])
+
+    def distances(self, pose: HandPose, limit: float, *, in_object: bool = False) -> PairDistances:
+        """Return the distances at one posture.
+
+        Args:
+            pose: Placements of the joints.
+            limit: Pairs farther apart than this need no exact distance [m].
+            in_object: Whether the second solids are the object; results are then in O, otherwise in the root frame.
+
+        Returns:
+            The distances.
+        """
+        turned, shifted = pose.rotations[self.joints_a], pose.translations[self.joints_a]
+        rotation_a = turned @ self._mount_a[0]
+        position_a = (turned @ self._mount_a[1])[:, :, 0] + shifted
+        rotation_b, position_b, centres = self._mount_b[0], self._mount_b[1][:, :, 0], self._centres[:, :, 0]
+        if in_object:
+            rotation_a = pose.root_rotation @ rotation_a
+            position_a = position_a @ pose.root_rotation.T + pose.root_translation
+        else:
+            turned, shifted = pose.rotations[self.joints_b], pose.translations[self.joints_b]
+            rotation_b = turned @ rotation_b
+            position_b = (turned @ self._mount_b[1])[:, :, 0] + shifted
+            centres = (turned @ self._centres)[:, :, 0] + shifted
+        local = ((centres - position_a)[:, None, :] @ rotation_a)[:, 0]
+        gap = local - np.minimum(np.maximum(local, self._low), self._high)
+        distance = np.sqrt(np.einsum("ij,ij->i", gap, gap)) - self._balls
+        normals, points_a, points_b = np.zeros((3, len(distance), 3))
+        result, wanted = self._result, self._request
+        for k in np.flatnonzero(distance < limit):
+            pose_a = coal.Transform3s(rotation_a[k], position_a[k])
+            pose_b = coal.Transform3s(rotation_b[k], position_b[k])
+            result.clear()
+            distance[k] = coal.distance(self._first[k], pose_a, self._second[k], pose_b, wanted, result)
+            normals[k] = result.normal
+            points_a[k], points_b[k] = result.getNearestPoint1(), result.getNearestPoint2()
+        return PairDistances(distance, normals, points_a, points_b, self.joints_a, self.joints_b)
+
+
+def _mounts(shapes: Sequence[LinkShape]) -> tuple[Array, Array]:
+    """Return rotations (m, 3, 3) and positions (m, 3, 1) [m] of coal geometries in the frames of their joints."""
+    rotations = np.array([shape.placement.rotation for shape in shapes])
+    return rotations, np.array([shape.placement.translation for shape in shapes])[:, :, None]
+
+
+def _geometry(shape: LinkShape) -> Any:
+    """Return the coal geometry of a solid, in the frame of its placement."""
+    if shape.geometry is not None:
+        return shape.geometry
+    length = float(np.linalg.norm(shape.end - shape.start))
+    return coal.Capsule(shape.radius, length) if length else coal.Sphere(shape.radius)
+
+
+def _local_bounds(shape: LinkShape) -> tuple[Array, Array]:
+    """Return the corners of the bounding box of a solid in the frame of its placement [m]."""
+    geometry = _geometry(shape)
+    geometry.computeLocalAABB()
+    return np.array(geometry.aabb_local.min_), np.array(geometry.aabb_local.max_)

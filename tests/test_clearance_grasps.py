@@ -1,0 +1,142 @@
+"""Planned grasps keep clear: judged by coal, with a ground, on retreat, and in their records."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import grasp_planner as gp
+from grasp_planner.feasibility import restore_feasibility
+from grasp_planner.phase_one import opposition
+from grasp_planner.state import StateEvaluator
+
+HAND = gp.load_hand("dlr_hit_ii_right")
+TIPS = {f"{finger}_{part}" for finger in ("thumb", "index", "middle", "ring", "little") for part in ("distal", "pad")}
+
+
+def plan(text: str, *, contact_set: str = "sphere", n_synergies: int = 15, starts: int = 8, **options) -> gp.Grasp:
+    """Plan one grasp."""
+    given = gp.GraspProblem(
+        HAND,
+        gp.parse_object(text),
+        n_synergies=n_synergies,
+        contact_set=contact_set,
+        clearance=gp.ClearanceOptions(**options),
+    )
+    return gp.plan_grasp(given, seed=1, options=gp.PlannerOptions(starts=starts, enough=1, max_iterations=120))
+
+
+@pytest.fixture(scope="module")
+def on_ground() -> gp.Grasp:
+    """Return a grasp of a cylinder that stands on the ground."""
+    return plan("cylinder:radius=0.03,height=0.12", ground=-0.06)
+
+
+def test_a_planned_grasp_does_not_penetrate(on_ground):
+    """No link is in the object or another link by coal, and all but the tips keep the margin."""
+    assert on_ground.feasible, on_ground.verdict
+    margin = on_ground.problem.clearance.margin
+    for pair in on_ground.clearances:
+        assert pair.distance > -1e-6
+        assert not pair.exempt
+        if pair.link_a not in TIPS or pair.kind != "link_object":
+            assert pair.distance > margin - 2e-6
+        np.testing.assert_allclose(np.linalg.norm(pair.point_a - pair.point_b), abs(pair.distance), atol=1e-6)
+    assert set(on_ground.violations) >= {"link_object_m", "self_collision_m", "ground_m", "tip_patch"}
+
+
+def test_the_ground_is_respected(on_ground):
+    """Every solid is above the ground by the margin."""
+    heights = [pair.distance for pair in on_ground.clearances if pair.kind == "ground"]
+    assert len(heights) == HAND.collision_model.ngeoms
+    assert min(heights) > on_ground.problem.clearance.margin - 1e-6
+
+
+def test_the_hand_can_retreat(on_ground):
+    """Opened along its synergies, the hand comes away; the path starts at the grasp and ends clear of the object."""
+    report = gp.retreat_distance(on_ground)
+    assert len(report.palm_poses) == len(report.joint_angles)
+    np.testing.assert_array_equal(report.joint_angles[0], on_ground.joint_angles)
+    if report.free:
+        found = gp.hand_clearances(on_ground.problem, report.joint_angles[-1], report.palm_poses[-1])
+        assert min(pair.distance for pair in found if pair.kind == "link_object") > 0.02
+        assert 0.0 < report.distance <= 0.4
+    else:
+        assert report.collision is not None
+
+
+def test_a_caged_hand_cannot_retreat():
+    """With the ground right behind the palm the retreat stops there."""
+    given = gp.GraspProblem(HAND, gp.Sphere(0.03), clearance=gp.ClearanceOptions(ground=-0.145))
+    start = gp.standard_start(given)
+    turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]).T  # palm normal upwards
+    pose = start.palm_pose.copy()
+    pose.rotation, pose.translation = turn, -turn @ np.array([0.105, 0.01, 0.175])
+    report = gp.retreat_distance(gp.Grasp(given, np.full(15, 0.1), pose, np.zeros(3)))
+    assert not report.free
+    assert report.collision.kind == "ground"
+    assert report.distance < 0.03
+
+
+def test_record_round_trip(on_ground):
+    """Options and violations survive; the closest pairs are written."""
+    record = gp.grasp_record(on_ground)
+    again = gp.grasp_from_record(record, HAND)
+    assert again.problem.clearance == on_ground.problem.clearance
+    assert again.violations == pytest.approx(on_ground.violations, abs=1e-9)
+    assert [pair.kind for pair in record.clearances] == ["link_object", "self_collision", "ground"]
+
+
+def test_without_clearance_collisions_are_reported_but_do_not_count(on_ground):
+    """The paper's plain problem: what a grasp hits is known all the same."""
+    plain = gp.GraspProblem(HAND, gp.Sphere(0.03), clearance=gp.ClearanceOptions.off())
+    pose = on_ground.palm_pose.copy()
+    pose.translation = -np.array(pose.rotation) @ np.array([0.05, 0.0, 0.05])
+    grasp = gp.Grasp(plain, np.zeros(15), pose, np.zeros(plain.n_synergies))
+    assert grasp.collisions["link_object_m"] > 0.01
+    assert "link_object_m" not in grasp.violations
+    assert gp.grasp_record(grasp).violations.link_object_m is None
+    counted = gp.Grasp(gp.GraspProblem(HAND, gp.Sphere(0.03)), np.zeros(15), pose, np.zeros(3))
+    assert counted.violations["link_object_m"] == pytest.approx(grasp.collisions["link_object_m"])
+
+
+def test_opposition_of_a_pinch():
+    """Normals that balance leave no residual; its derivative equals differences where the shares are interior."""
+    given = gp.GraspProblem(HAND, gp.Sphere(0.03), n_synergies=3, contact_set="sphere")
+    start = gp.standard_start(given)
+    evaluator = StateEvaluator(given, start.palm_pose)
+    x = evaluator.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
+    value, derivative = opposition(evaluator.evaluate(x), 0.03)
+    squared = np.empty(21)
+    for i in range(21):
+        ends = []
+        for sign in (1, -1):
+            moved = x.copy()
+            moved[i] += sign * 1e-6
+            ends.append(float((opposition(evaluator.evaluate(moved), 0.03)[0] ** 2).sum()))
+        squared[i] = (ends[0] - ends[1]) / 2e-6
+    np.testing.assert_allclose(2 * value @ derivative[:, :21], squared, atol=2e-2 * np.abs(squared).max())
+
+
+def test_restore_feasibility():
+    """The nearest point of a circle outside a half plane."""
+    found = restore_feasibility(
+        lambda z: (np.array([z @ z - 1.0]), 2.0 * z[None]),
+        lambda z: (np.array([z[0] - 0.8]), np.array([[1.0, 0.0]])),
+        np.array([0.1, 1.0]),
+        np.full(2, -np.inf),
+        np.full(2, np.inf),
+    )
+    assert found @ found == pytest.approx(1.0, abs=1e-5)
+    assert found[0] == pytest.approx(0.8, abs=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("contact_set", ["sphere", "point"])
+@pytest.mark.parametrize("text", ["sphere:radius=0.03", "sphere:radius=0.04", "cylinder", "box:x=0.05,y=0.05,z=0.12"])
+def test_grasps_of_many_objects_keep_clear(text, contact_set):
+    """Fully actuated grasps with Remarks 1 and 2 are found within a few starts, and coal finds no overlap."""
+    grasp = plan(text, contact_set=contact_set, starts=12)
+    assert grasp.feasible, grasp.verdict
+    assert min(pair.distance for pair in grasp.clearances if not pair.exempt) > -1e-6
+    assert grasp.collisions["abduction_order_rad"] < 1e-6
