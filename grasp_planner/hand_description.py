@@ -75,6 +75,8 @@ class SynergyFiles(_Strict):
     """Named synergy sets; paths are relative to the description file."""
 
     default: str | None = None
+    with_clearance: str | None = None
+    """The default where links have to keep clear of the object and of each other."""
     sets: dict[str, str] = Field(default_factory=dict)
 
 

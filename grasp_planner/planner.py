@@ -147,6 +147,9 @@ class _Search:
             attempt = self._solve(attempt)
         except _Stop:
             self.stopped = True
+        except (ValueError, FloatingPointError, np.linalg.LinAlgError) as error:
+            # Far from any grasp G may lose rank and forces overflow: such a start has failed, not the search.
+            attempt.message = str(error)
         self.evaluations += attempt.program.evaluations
         self._keep(attempt)
 

@@ -73,10 +73,11 @@ class GraspProblem:
         tasks: Task directions with weights.
         n_synergies: Number of synergies n_s.
         parameters: Parameters of the model.
-        synergy_set: Name of the synergy set; the hand's default if None.
+        synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances).
         contact_set: Name of the contact set; the hand's first if None.
         synergy_space: Synergies to use instead of a named set.
-        clearance: What has to keep clear of what; ``ClearanceOptions.off()`` for the paper's plain problem.
+        clearance: What has to keep clear of what; by default nothing, the paper's plain problem (29)–(32), while
+            ``ClearanceOptions()`` asks for real clearances and Remark 1.
     """
 
     hand: Hand
@@ -87,7 +88,7 @@ class GraspProblem:
     synergy_set: str | None = None
     contact_set: str | None = None
     synergy_space: SynergySpace | None = None
-    clearance: ClearanceOptions = field(default_factory=ClearanceOptions)
+    clearance: ClearanceOptions = field(default_factory=ClearanceOptions.off)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", tuple(self.tasks))
@@ -115,11 +116,18 @@ class GraspProblem:
         """Fingertip radii [m], of shape (n_c,)."""
         return readonly([frame.radius for frame in self.frames])
 
+    @property
+    def synergy_set_name(self) -> str | None:
+        """Name of the synergy set in use; None for a hand without sets."""
+        files = self.hand.description.synergies
+        by_default = (files.with_clearance if self.clearance.needs_geometry else None) or files.default
+        return self.synergy_set or by_default
+
     @cached_property
     def synergies(self) -> SynergySpace:
         """The first n_s synergies, in the order of the hand's joints."""
-        full = self.synergy_space
-        space = self.hand.synergies(self.synergy_set) if full is None else full.reordered(self.hand.joint_names)
+        full, hand = self.synergy_space, self.hand
+        space = hand.synergies(self.synergy_set_name) if full is None else full.reordered(hand.joint_names)
         return space.truncated(self.n_synergies)
 
     @cached_property

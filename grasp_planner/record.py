@@ -280,7 +280,6 @@ def _parameter_record(problem: GraspProblem) -> ParameterRecord:
     """Return the record of the parameters."""
     parameters = problem.parameters
     c_q = np.atleast_1d(parameters.joint_compliance).tolist()
-    named = problem.synergy_set or problem.hand.description.synergies.default
     return ParameterRecord(
         mu=parameters.friction,
         C_s=parameters.structural_compliance,
@@ -290,7 +289,7 @@ def _parameter_record(problem: GraspProblem) -> ParameterRecord:
         w_C=parameters.task_weight,
         gravity=parameters.gravity.tolist(),
         torque_model=parameters.torque_model,
-        synergy_set=named if problem.synergy_space is None else None,
+        synergy_set=problem.synergy_set_name if problem.synergy_space is None else None,
         contact_set=problem.contact_set or problem.hand.contact_set_names[0],
         clearance=_clearance_options(problem.clearance),
     )
