@@ -1,83 +1,16 @@
-"""What is grasped: a signed distance with gradient and Hessian, a mass, and the text form ``shape:key=value,…``.
-
-Everything is in the object frame O: origin at the centre of mass, axes fixed to the object.
-"""
+"""Round and box-shaped objects, with signed distances in closed form."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import trimesh
 
-from .exceptions import InvalidValueError, NameNotFoundError
-from .spatial import Array, positive
-
-
-@dataclass(frozen=True)
-class SurfaceSample:
-    """The signed distance at n points.
-
-    Attributes:
-        distance: φ, negative inside [m], of shape (n,).
-        gradient: ∇φ, the outward direction, of shape (n, 3).
-        hessian: ∇²φ, the curvature [1/m], of shape (n, 3, 3).
-    """
-
-    distance: Array
-    gradient: Array
-    hessian: Array
-
-
-@dataclass(frozen=True)
-class GraspObject(ABC):
-    """An object with a smooth surface and a mass [kg].
-
-    Subclasses give the signed distance; its gradient has length one wherever it is differentiable.
-    """
-
-    kind: ClassVar[str]
-    mass: float
-
-    @abstractmethod
-    def sample(self, points: Array) -> SurfaceSample:
-        """Evaluate the signed distance with gradient and Hessian.
-
-        Args:
-            points: Points in O [m], of shape (n, 3).
-
-        Returns:
-            Distance, gradient and Hessian at the points.
-        """
-
-    def region(self, points: Array) -> tuple[Array, Array]:
-        """Evaluate the limits of the surface that may be touched.
-
-        Args:
-            points: Contact points in O [m], of shape (n, 3).
-
-        Returns:
-            Margins [m], not negative where contact is allowed, of shape (n, k), and their gradients, of shape
-            (n, k, 3); k = 0 where the whole surface may be touched.
-        """
-        return np.zeros((len(points), 0)), np.zeros((len(points), 0, 3))
-
-    @property
-    @abstractmethod
-    def half_extents(self) -> Array:
-        """Half the edges of the bounding box in O [m], of shape (3,)."""
-
-    @property
-    def length_scale(self) -> float:
-        """A characteristic length [m]: the smallest half extent."""
-        return float(self.half_extents.min())
-
-    @property
-    def text(self) -> str:
-        """The text form, which :func:`parse_object` reads back."""
-        values = (f"{f.name}={getattr(self, f.name):.12g}" for f in fields(self))
-        return f"{self.kind}:{','.join(values)}"
+from ..exceptions import InvalidValueError
+from ..spatial import Array
+from .base import GraspObject, SurfaceSample, check_sizes, rounded
 
 
 @dataclass(frozen=True)
@@ -94,17 +27,22 @@ class Sphere(GraspObject):
     mass: float = 0.2
 
     def __post_init__(self) -> None:
-        _check_sizes(self)
+        check_sizes(self)
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
-        distance, gradient, hessian = _rounded(points, np.ones(3))
+        distance, gradient, hessian = rounded(points, np.ones(3))
         return SurfaceSample(distance - self.radius, gradient, hessian)
 
     @property
     def half_extents(self) -> Array:
         """Half the edges of the bounding box [m]."""
         return np.full(3, self.radius)
+
+    @property
+    def mesh(self) -> trimesh.Trimesh:
+        """Triangle mesh in O [m]."""
+        return trimesh.creation.icosphere(subdivisions=3, radius=self.radius)
 
 
 @dataclass(frozen=True)
@@ -131,7 +69,7 @@ class Cylinder(GraspObject):
     edge: float = 0.002
 
     def __post_init__(self) -> None:
-        _check_sizes(self, edge_limit=min(self.radius, self.height / 2))
+        check_sizes(self, edge_limit=min(self.radius, self.height / 2))
         if self.caps not in (0, 1):
             raise InvalidValueError("object cylinder.caps", self.caps, "0 or 1")
 
@@ -173,6 +111,52 @@ class Cylinder(GraspObject):
         """Half the edges of the bounding box in O [m]."""
         return np.array([self.radius, self.radius, self.height / 2])
 
+    @property
+    def mesh(self) -> trimesh.Trimesh:
+        """Triangle mesh in O [m]."""
+        return trimesh.creation.cylinder(radius=self.radius, height=self.height, sections=64)
+
+
+@dataclass(frozen=True)
+class Capsule(GraspObject):
+    """A cylinder around the z axis that ends in half balls.
+
+    Attributes:
+        radius: Radius [m].
+        height: Distance between the centres of the half balls [m]; 2 · radius more from end to end.
+        mass: Mass [kg].
+    """
+
+    kind: ClassVar[str] = "capsule"
+    radius: float = 0.03
+    height: float = 0.08
+    mass: float = 0.2
+
+    def __post_init__(self) -> None:
+        check_sizes(self)
+
+    def sample(self, points: Array) -> SurfaceSample:
+        """Evaluate the signed distance; see the base class."""
+        over = np.abs(points[:, 2]) - self.height / 2
+        arms = np.array(points)
+        arms[:, 2] = np.where(over > 0.0, np.copysign(over, points[:, 2]), 0.0)
+        axes = np.ones_like(points)
+        axes[:, 2] = over > 0.0
+        distance, gradient, hessian = rounded(arms, axes)
+        return SurfaceSample(distance - self.radius, gradient, hessian)
+
+    @property
+    def half_extents(self) -> Array:
+        """Half the edges of the bounding box [m]."""
+        return np.array([self.radius, self.radius, self.height / 2 + self.radius])
+
+    @property
+    def mesh(self) -> trimesh.Trimesh:
+        """Triangle mesh in O [m]."""
+        mesh = trimesh.creation.capsule(height=self.height, radius=self.radius, count=[32, 32])
+        mesh.apply_translation(-mesh.bounds.mean(axis=0))
+        return mesh
+
 
 @dataclass(frozen=True)
 class Box(GraspObject):
@@ -194,13 +178,13 @@ class Box(GraspObject):
     edge: float = 0.005
 
     def __post_init__(self) -> None:
-        _check_sizes(self, edge_limit=min(self.x, self.y, self.z) / 2)
+        check_sizes(self, edge_limit=min(self.x, self.y, self.z) / 2)
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
         over = np.abs(points) - (self.half_extents - self.edge)
         outside = np.maximum(over, 0.0)
-        length, direction, hessian = _rounded(outside, (over > 0.0).astype(float))
+        length, direction, hessian = rounded(outside, (over > 0.0).astype(float))
         inside = over.max(axis=1) <= 0.0
         face = np.eye(3)[np.argmax(over, axis=1)]
         sign = np.where(points < 0.0, -1.0, 1.0)
@@ -214,65 +198,10 @@ class Box(GraspObject):
         """Half the edges of the bounding box [m]."""
         return np.array([self.x, self.y, self.z]) / 2
 
-
-SHAPES: dict[str, type[GraspObject]] = {shape.kind: shape for shape in (Sphere, Cylinder, Box)}
-"""Shapes by the name used in the text form."""
-
-
-def parse_object(text: str) -> GraspObject:
-    """Return the object of a text such as ``cylinder:radius=0.03,height=0.15,mass=0.2``.
-
-    Args:
-        text: Shape name, optionally followed by a colon and comma-separated ``key=value`` pairs in SI units.
-
-    Returns:
-        The object; keys left out have their defaults.
-
-    Raises:
-        NameNotFoundError: If the shape or a key does not exist.
-        InvalidValueError: If a value is not a positive number, or a key is given twice.
-    """
-    kind, _, rest = text.strip().partition(":")
-    if kind not in SHAPES:
-        raise NameNotFoundError("object shape", kind, SHAPES)
-    shape = SHAPES[kind]
-    known = tuple(field.name for field in fields(shape))
-    values: dict[str, float] = {}
-    for part in filter(None, rest.split(",")):
-        key, equals, number = (piece.strip() for piece in part.partition("="))
-        if not equals:
-            raise InvalidValueError(f"object {kind}", part, f"key=value with a key out of {', '.join(known)}")
-        if key not in known:
-            raise NameNotFoundError(f"key of object {kind}", key, known)
-        if key in values:
-            raise InvalidValueError(f"object {kind}.{key}", part, "a key given once")
-        try:
-            values[key] = float(number)
-        except ValueError:
-            raise InvalidValueError(f"object {kind}.{key}", number, "a number in SI units") from None
-    return shape(**values)
-
-
-def _check_sizes(shape: GraspObject, edge_limit: float = np.inf) -> None:
-    """Check every size and the mass of a shape to be positive, and the edge radius to fit."""
-    for field in fields(shape):
-        value = getattr(shape, field.name)
-        name = f"object {shape.kind}.{field.name}"
-        if field.name == "edge":
-            if not 1e-6 <= positive(name, value) <= edge_limit:
-                raise InvalidValueError(name, value, f"between 1e-06 and {edge_limit:g} m")
-        else:
-            positive(name, value, zero_allowed=field.name == "caps", unit="kg" if field.name == "mass" else "m")
-
-
-def _rounded(points: Array, axes: Array) -> tuple[Array, Array, Array]:
-    """Return length, direction and Hessian of the length of vectors, over the axes that count."""
-    length = np.sqrt((points * points).sum(axis=1))
-    safe = np.maximum(length, 1e-12)
-    direction = points / safe[:, None]
-    identity = np.eye(3) * np.broadcast_to(axes, points.shape)[:, None, :]
-    hessian = (identity - direction[:, :, None] * direction[:, None, :]) / safe[:, None, None]
-    return length, direction, hessian
+    @property
+    def mesh(self) -> trimesh.Trimesh:
+        """Triangle mesh in O [m]."""
+        return trimesh.creation.box(extents=2 * self.half_extents)
 
 
 def _profile(over: Array) -> tuple[Array, tuple[Array, Array], Array]:
