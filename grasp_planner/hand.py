@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from .exceptions import InvalidValueError, NameNotFoundError
-from .hand_description import HandDescription, find_hand, read_hand_description
+from .hand_description import ContactDescription, HandDescription, find_hand, read_hand_description
 from .spatial import Array, finite_array, readonly, unit_vector
 from .synergies import SynergySpace, load_synergies
 from .urdf_file import MimicJoint, read_urdf
@@ -22,11 +23,12 @@ class ContactFrame:
 
     Attributes:
         name: Its name in the contact set.
-        frame: URDF frame whose origin is the fingertip (radius 0) or the centre of its sphere.
+        frame: URDF frame that carries it.
         link: Link the frame is fixed to.
         radius: Fingertip radius [m].
         frame_id: Index of the frame in the Pinocchio model.
         joint_id: Index of the joint that carries it.
+        offset: The fingertip (radius 0) or the centre of its sphere, in the frame [m].
     """
 
     name: str
@@ -35,6 +37,7 @@ class ContactFrame:
     radius: float
     frame_id: int
     joint_id: int
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -158,9 +161,31 @@ class Hand:
         name = set_name if set_name is not None else next(iter(sets))
         if name not in sets:
             raise NameNotFoundError("contact set", name, sets)
-        return tuple(
-            _contact_frame(self.model, label, entry.frame, entry.radius) for label, entry in sets[name].items()
-        )
+        return tuple(_contact_frame(self.model, label, entry) for label, entry in sets[name].items())
+
+    def centre_of_grasp(self, set_name: str | None = None) -> Array:
+        """Return where the middle of an object sits that is held by a contact set, in P [m], of shape (3,)."""
+        name = set_name if set_name is not None else next(iter(self.description.contact_sets), "")
+        given = self.description.grasp_centres.get(name)
+        return self.grasp_centre if given is None else finite_array(f"grasp_centres.{name}", given, (3,))
+
+    @cached_property
+    def joint_compliance(self) -> Array:
+        """Default C_q of the independent joints, from the description [rad/(N m)], of shape (n_q,).
+
+        Raises:
+            NameNotFoundError: If the description names a joint that is not independent.
+            InvalidValueError: If it leaves one out.
+        """
+        given = self.description.compliance.joint
+        if not isinstance(given, dict):
+            return readonly(np.full(self.n_joints, given))
+        for name in given:
+            self.joint_index(name)
+        missing = [name for name in self.joint_names if name not in given]
+        if missing:
+            raise InvalidValueError(f"compliance.joint of hand {self.name}", missing, "a value for every joint")
+        return readonly([given[name] for name in self.joint_names])
 
     def synergies(self, set_name: str | None = None) -> SynergySpace:
         """Return a synergy set of the hand, in the order of its joints.
@@ -219,13 +244,15 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
     )
 
 
-def _contact_frame(model: Any, name: str, frame: str, radius: float) -> ContactFrame:
+def _contact_frame(model: Any, name: str, described: ContactDescription) -> ContactFrame:
     """Look a contact frame up in the model."""
+    frame = described.frame
     if not model.existFrame(frame):
         raise NameNotFoundError("frame", frame, (f.name for f in model.frames if f.name != "universe"))
     frame_id = model.getFrameId(frame)
     entry = model.frames[frame_id]
-    return ContactFrame(name, frame, _carrying_link(model, entry), radius, frame_id, entry.parentJoint)
+    link = _carrying_link(model, entry)
+    return ContactFrame(name, frame, link, described.radius, frame_id, entry.parentJoint, described.offset)
 
 
 def _carrying_link(model: Any, frame: Any) -> str:

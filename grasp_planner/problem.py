@@ -28,7 +28,8 @@ class GraspParameters:
     Attributes:
         friction: Coefficient of friction μ.
         structural_compliance: C_s [m/N].
-        joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q.
+        joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q; the hand's own
+            (0.1 for the DLR/HIT II, as in the paper) if None.
         contact_stiffness: K_c [N/m].
         force_weight: w_F in z = w_F F + w_C C; eq. (29).
         task_weight: w_C.
@@ -39,7 +40,7 @@ class GraspParameters:
 
     friction: float = 0.8
     structural_compliance: float = 0.1
-    joint_compliance: float | tuple[float, ...] = 0.1
+    joint_compliance: float | tuple[float, ...] | None = None
     contact_stiffness: float = 1e5
     force_weight: float = 1e-6
     task_weight: float = 1.0
@@ -49,7 +50,7 @@ class GraspParameters:
     def __post_init__(self) -> None:
         positive("friction", self.friction)
         positive("structural_compliance", self.structural_compliance, unit="m/N")
-        for value in np.atleast_1d(self.joint_compliance):
+        for value in np.atleast_1d(0.0 if self.joint_compliance is None else self.joint_compliance):
             positive("joint_compliance", value, zero_allowed=True, unit="rad/(N m)")
         positive("contact_stiffness", self.contact_stiffness, zero_allowed=True, unit="N/m")
         positive("force_weight", self.force_weight, zero_allowed=True)
@@ -74,6 +75,7 @@ class GraspProblem:
         synergy_set: Name of the synergy set; the hand's default if None.
         contact_set: Name of the contact set; the hand's first if None.
         synergy_space: Synergies to use instead of a named set.
+        contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
     """
 
     hand: Hand
@@ -84,9 +86,16 @@ class GraspProblem:
     synergy_set: str | None = None
     contact_set: str | None = None
     synergy_space: SynergySpace | None = None
+    contacts: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", tuple(self.tasks))
+        if self.contacts is not None:
+            chosen = tuple(self.contacts)
+            everything = len(chosen) == len(self.hand.contact_frames(self.contact_set)) == len(set(chosen))
+            object.__setattr__(self, "contacts", chosen)
+            if everything and self.frames:  # a choice of all is no choice: equal problems are equal
+                object.__setattr__(self, "contacts", None)
         if not self.tasks:
             raise InvalidValueError("tasks", (), "at least one task direction")
         n_s, n_q = self.n_synergies, self.hand.n_joints
@@ -96,15 +105,29 @@ class GraspProblem:
             raise InvalidValueError("n_synergies", n_s, "at least 6 for a twist task (β needs rank H_s = 6)")
         if len(self.frames) < 3:
             raise InvalidValueError(
-                "contact_set", [frame.name for frame in self.frames], "at least three contact frames"
+                "contact_set, contacts", [frame.name for frame in self.frames], "at least three contact frames"
             )
         if self.synergies.n_synergies != n_s:
             raise InvalidValueError("n_synergies", n_s, f"at most the {self.synergies.n_synergies} of the set")
 
     @cached_property
     def frames(self) -> tuple[ContactFrame, ...]:
-        """Contact frames that have to touch the object."""
-        return self.hand.contact_frames(self.contact_set)
+        """Contact frames that have to touch the object, in the order of the set."""
+        frames = self.hand.contact_frames(self.contact_set)
+        if self.contacts is None:
+            return frames
+        known = [frame.name for frame in frames]
+        for name in self.contacts:
+            if name not in known:
+                raise NameNotFoundError("contact", str(name), known)
+        if len(set(self.contacts)) < len(self.contacts):
+            raise InvalidValueError("contacts", self.contacts, "every contact once")
+        return tuple(frame for frame in frames if frame.name in self.contacts)
+
+    @cached_property
+    def grasp_centre(self) -> Array:
+        """Where the middle of the object sits in P for this contact set [m], of shape (3,)."""
+        return self.hand.centre_of_grasp(self.contact_set)
 
     @cached_property
     def radii(self) -> Array:
@@ -121,8 +144,13 @@ class GraspProblem:
     @cached_property
     def joint_compliance(self) -> Array:
         """C_q of every joint [rad/(N m)], of shape (n_q,)."""
-        n_q = self.hand.n_joints
-        return finite_array("joint_compliance", np.broadcast_to(self.parameters.joint_compliance, (n_q,)), (n_q,))
+        given = self.parameters.joint_compliance
+        if given is None:
+            return self.hand.joint_compliance
+        try:
+            return finite_array("joint_compliance", np.broadcast_to(given, (self.hand.n_joints,)), self.hand.lower.shape)
+        except ValueError:
+            raise InvalidValueError("joint_compliance", given, f"1 or {self.hand.n_joints} numbers") from None
 
     @cached_property
     def external_wrench(self) -> Array:
