@@ -14,7 +14,7 @@ from .exceptions import InvalidValueError, NameNotFoundError
 from .hand_description import ContactDescription, HandDescription, find_hand, read_hand_description
 from .spatial import Array, finite_array, readonly, unit_vector
 from .synergies import SynergySpace, load_synergies
-from .urdf_file import MimicJoint, read_urdf
+from .urdf_file import MimicJoint, find_urdf, read_urdf
 
 
 @dataclass(frozen=True)
@@ -223,7 +223,7 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
     """
     path = find_hand(name_or_path)
     description = read_hand_description(path)
-    urdf = read_urdf(path.parent / description.urdf)
+    urdf = read_urdf(find_urdf(description.urdf, path.parent))
     model = urdf.model
     coupling, offset = _coupling(model, description.joints, urdf.mimics)
     palm_in_root = _palm_placement(model, description.palm.link)

@@ -92,7 +92,7 @@ class HandDescription(_Strict):
     name: str = Field(min_length=1)
     title: str = ""
     urdf: str
-    """URDF file, relative to the description file."""
+    """URDF file, relative to the description file, or ``example-robot-data:robots/…`` within that package."""
     joints: tuple[str, ...] = Field(min_length=1)
     """Independent joints in the order of q; the others mimic one of these."""
     palm: PalmDescription

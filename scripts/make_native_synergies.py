@@ -1,26 +1,29 @@
-"""Make the robot-native synergy set of the DLR/HIT II: PCA over fully actuated grasps planned on many objects.
+"""Make the robot-native synergy set of a hand: PCA over fully actuated grasps planned on many objects.
 
-Usage: python scripts/make_native_synergies.py [--grasps N] [--seed S] [--output FILE]
+Usage: python scripts/make_native_synergies.py [--hand NAME] [--grasps N] [--seed S] [--output FILE]
 """
 
 from __future__ import annotations
 
 import argparse
 from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
 
 import grasp_planner as gp
 
-OUTPUT = Path(__file__).parents[1] / "urdf" / "dlr_hit_ii" / "synergies" / "native.csv"
+HAND = "dlr_hit_ii_right"
 FORCE_WEIGHT = 1e-4
 
 
 def fully_actuated(hand: gp.Hand) -> gp.SynergySpace:
     """Return a space in which every joint is a synergy, around a half-closed posture."""
     mean = hand.lower + 0.35 * (hand.upper - hand.lower)
-    mean[[name.endswith("_abd") for name in hand.joint_names]] = 0.0
+    # Joints that open as far as they close, abductions, start in the middle.
+    sideways = np.isclose(hand.lower, -hand.upper)
+    mean[sideways] = 0.0
     return gp.SynergySpace(hand.joint_names, mean, np.eye(hand.n_joints), name="fully actuated")
 
 
@@ -35,10 +38,10 @@ def random_object(rng: np.random.Generator) -> gp.GraspObject:
     return gp.Box(x=x, y=y, z=rng.uniform(0.08, 0.16), edge=0.01)
 
 
-def plan_one(seed: int) -> list[float] | None:
+def plan_one(hand_name: str, seed: int) -> list[float] | None:
     """Return the posture of one planned grasp, or None if none was found."""
     rng = np.random.default_rng(seed)
-    hand = gp.load_hand("dlr_hit_ii_right")
+    hand = gp.load_hand(hand_name)
     problem = gp.GraspProblem(
         hand=hand,
         grasp_object=random_object(rng),
@@ -55,27 +58,34 @@ def plan_one(seed: int) -> list[float] | None:
 def main() -> None:
     """Plan the grasps, and write their principal components."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--hand", default=HAND, help="name of the hand, or its description file")
     parser.add_argument("--grasps", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--output", type=Path, default=OUTPUT)
+    parser.add_argument("--workers", type=int, default=None)
+    parser.add_argument("--output", type=Path, default=None, help="CSV file; beside the hand's description if left out")
     arguments = parser.parse_args()
+    hand = gp.load_hand(arguments.hand)
+    output = arguments.output or hand.folder / "synergies" / "native.csv"
     seeds = range(arguments.seed, arguments.seed + arguments.grasps)
-    with ProcessPoolExecutor() as pool:
-        postures = [posture for posture in pool.map(plan_one, seeds, chunksize=4) if posture is not None]
+    with ProcessPoolExecutor(arguments.workers) as pool:
+        planned = pool.map(plan_one, repeat(arguments.hand), seeds, chunksize=4)
+        postures = [posture for posture in planned if posture is not None]
     space = gp.synergies_from_postures(
-        gp.load_hand("dlr_hit_ii_right").joint_names,
+        hand.joint_names,
         postures,
         name="native",
         provenance=(
-            f"PCA over {len(postures)} fully actuated fingertip grasps of the DLR/HIT II planned by this package\n"
-            f"spheres r 25-45 mm, cylinders r 20-45 mm, boxes 40-70 mm; random force tasks; w_F/w_C = {FORCE_WEIGHT:g}\n"
+            f"PCA over {len(postures)} fully actuated fingertip grasps of the {hand.description.title or hand.name} "
+            "planned by this package\n"
+            "spheres r 25-45 mm, cylinders r 20-45 mm, boxes 40-70 mm; "
+            f"random force tasks; w_F/w_C = {FORCE_WEIGHT:g}\n"
             f"made by scripts/make_native_synergies.py --grasps {arguments.grasps} --seed {arguments.seed}; "
             "not human data"
         ),
     )
-    gp.save_synergies(space, arguments.output)
+    gp.save_synergies(space, output)
     shares = ", ".join(f"{share:.3f}" for share in space.explained_variance()[:5])
-    print(f"{len(postures)} of {arguments.grasps} grasps; cumulative variance {shares}; wrote {arguments.output}")
+    print(f"{len(postures)} of {arguments.grasps} grasps; cumulative variance {shares}; wrote {output}")
 
 
 if __name__ == "__main__":
