@@ -12,9 +12,10 @@ import pinocchio as pin
 
 from .exceptions import InvalidValueError, NameNotFoundError
 from .hand_description import ContactDescription, HandDescription, find_hand, read_hand_description
+from .joint_coupling import joint_coupling, joint_limits
 from .spatial import Array, finite_array, readonly, unit_vector
 from .synergies import SynergySpace, load_synergies
-from .urdf_file import MimicJoint, find_urdf, read_urdf
+from .urdf_file import find_urdf, read_urdf
 
 
 @dataclass(frozen=True)
@@ -225,9 +226,9 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
     description = read_hand_description(path)
     urdf = read_urdf(find_urdf(description.urdf, path.parent))
     model = urdf.model
-    coupling, offset = _coupling(model, description.joints, urdf.mimics)
+    coupling, offset = joint_coupling(model, description.joints, urdf.mimics)
     palm_in_root = _palm_placement(model, description.palm.link)
-    lower, upper = _limits(model, description.joints, coupling, offset)
+    lower, upper = joint_limits(model, description.joints, coupling, offset)
     return Hand(
         description=description,
         folder=path.parent,
@@ -247,12 +248,18 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
 def _contact_frame(model: Any, name: str, described: ContactDescription) -> ContactFrame:
     """Look a contact frame up in the model."""
     frame = described.frame
-    if not model.existFrame(frame):
+    frame_id = _frame_id(model, frame)
+    if frame_id is None:
         raise NameNotFoundError("frame", frame, (f.name for f in model.frames if f.name != "universe"))
-    frame_id = model.getFrameId(frame)
     entry = model.frames[frame_id]
     link = _carrying_link(model, entry)
     return ContactFrame(name, frame, link, described.radius, frame_id, entry.parentJoint, described.offset)
+
+
+def _frame_id(model: Any, name: str) -> int | None:
+    """Return the index of a frame; a link goes before a joint of the same name. None if there is none."""
+    kinds = (pin.FrameType.BODY, pin.FrameType.OP_FRAME, pin.FrameType.FIXED_JOINT, pin.FrameType.JOINT)
+    return next((model.getFrameId(name, kind) for kind in kinds if model.existFrame(name, kind)), None)
 
 
 def _carrying_link(model: Any, frame: Any) -> str:
@@ -265,50 +272,12 @@ def _carrying_link(model: Any, frame: Any) -> str:
     return frame.name
 
 
-def _coupling(model: Any, joints: tuple[str, ...], mimics: dict[str, MimicJoint]) -> tuple[Array, Array]:
-    """Return the map from independent joints to all joints of the model."""
-    known = tuple(model.names)[1:]
-    for name in joints:
-        if name not in known:
-            raise NameNotFoundError("joint", name, known)
-        if name in mimics:
-            raise InvalidValueError("joints", name, "joints without <mimic>; the others follow them")
-    coupling = np.zeros((model.nv, len(joints)))
-    offset = np.zeros(model.nv)
-    for index, name in enumerate(known):
-        source, multiplier, shift = name, 1.0, 0.0
-        if name in mimics:
-            source, multiplier, shift = mimics[name].source, mimics[name].multiplier, mimics[name].offset
-        if source not in joints:
-            raise InvalidValueError(
-                "joints", name, f"every moving joint listed or mimicking a listed one ({', '.join(joints)})"
-            )
-        coupling[index, joints.index(source)] = multiplier
-        offset[index] = shift
-    return coupling, offset
-
-
 def _palm_placement(model: Any, link: str) -> Any:
     """Return the pose of the palm link in the root frame; the palm has to be fixed to the root."""
-    if not model.existFrame(link):
+    frame_id = _frame_id(model, link)
+    if frame_id is None:
         raise NameNotFoundError("link", link, (f.name for f in model.frames if f.type == pin.FrameType.BODY))
-    frame = model.frames[model.getFrameId(link)]
+    frame = model.frames[frame_id]
     if frame.parentJoint != 0:
         raise InvalidValueError("palm.link", link, "a link fixed to the root of the URDF")
     return frame.placement.copy()
-
-
-def _limits(model: Any, joints: tuple[str, ...], coupling: Array, offset: Array) -> tuple[Array, Array]:
-    """Return limits of the independent joints that keep every coupled joint within its own."""
-    lower = np.full(len(joints), -np.inf)
-    upper = np.full(len(joints), np.inf)
-    for full, column in zip(*np.nonzero(coupling), strict=True):
-        ends = (np.array([model.lowerPositionLimit[full], model.upperPositionLimit[full]]) - offset[full]) / (
-            coupling[full, column]
-        )
-        lower[column] = max(lower[column], ends.min())
-        upper[column] = min(upper[column], ends.max())
-    for name, low, high in zip(joints, lower, upper, strict=True):
-        if not (np.isfinite(low) and np.isfinite(high) and low < high):
-            raise InvalidValueError(f"limits of joint {name}", (float(low), float(high)), "finite, lower < upper")
-    return lower, upper

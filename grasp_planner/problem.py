@@ -148,7 +148,9 @@ class GraspProblem:
         if given is None:
             return self.hand.joint_compliance
         try:
-            return finite_array("joint_compliance", np.broadcast_to(given, (self.hand.n_joints,)), self.hand.lower.shape)
+            return finite_array(
+                "joint_compliance", np.broadcast_to(given, (self.hand.n_joints,)), self.hand.lower.shape
+            )
         except ValueError:
             raise InvalidValueError("joint_compliance", given, f"1 or {self.hand.n_joints} numbers") from None
 
