@@ -182,7 +182,7 @@ def _analysed(path: Path, name: str, joints: tuple[JointReport, ...], urdf: Urdf
             f"fingers branch off behind the moving joint {trunk!r}: cut the URDF at the palm, which has to be its root"
         )
         return HandCheck(path, name, (reason,), joints=joints)
-    names = _finger_names([tip.link for _, tip in fingers])
+    names = _finger_names([(chain, tip.link) for chain, tip in fingers])
     reports = tuple(FingerReport(label, *entry) for label, entry in zip(names, fingers, strict=True))
     palm = guess_palm(urdf, [model.getFrameId(tip.frame, pin.FrameType.BODY) for _, tip in fingers])
     missing: tuple[str, ...] = (
@@ -213,11 +213,16 @@ def _neighbours(urdf: UrdfFile) -> tuple[tuple[str, str], ...]:
     return tuple(pairs)
 
 
-def _finger_names(links: list[str]) -> list[str]:
-    """Return short, different names of fingers from the names of their last links."""
+def _finger_names(fingers: list[tuple[tuple[str, ...], str]]) -> list[str]:
+    """Return short, different names of fingers from the names of their joints and last links."""
     known = ("thumb", "index", "middle", "ring", "little", "pinky")
-    short = [next((word for word in known if word in link.lower()), link) for link in links]
-    names = [name if short.count(name) == 1 else link for name, link in zip(short, links, strict=True)]
+    shorts = []
+    for chain, link in fingers:
+        same = [len(set(letters)) == 1 for letters in zip(*chain, strict=False)]
+        length = same.index(False) if False in same else len(same)
+        shared = chain[0][:length].rstrip("_-. 0123456789") if len(chain) > 1 else ""
+        shorts.append(next((word for word in known if word in link.lower()), shared or link))
+    names = [short if shorts.count(short) == 1 else link for short, (_, link) in zip(shorts, fingers, strict=True)]
     return [re.sub(r"[^A-Za-z0-9_-]", "_", name) for name in names]
 
 

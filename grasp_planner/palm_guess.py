@@ -62,12 +62,13 @@ def guess_palm(urdf: UrdfFile, tips: list[int]) -> PalmGuess:
     base_points = np.array([root.act(base.placement.translation) for base in bases])
     along = _unit(open_tips.mean(axis=0) - base_points.mean(axis=0))
     motion = half_tips - open_tips
+    motion -= np.outer(motion @ along, along)
     toward, centre = motion.mean(axis=0), half_tips.mean(axis=0)
     if np.linalg.norm(toward) < COMMON_MOTION * np.linalg.norm(motion, axis=1).mean():
         spread = np.linalg.svd(base_points - base_points.mean(axis=0))[2]
         across = spread[1] - (spread[1] @ along) * along
         return PalmGuess(carrier.name, along, _unit(across), centre)
-    normal = _unit(toward - (toward @ along) * along)
+    normal = _unit(toward)
     return PalmGuess(carrier.name, normal, _unit(np.cross(along, normal)), centre)
 
 

@@ -13,6 +13,8 @@ from .base import GraspObject, SurfaceSample, check_sizes
 
 NEWTON_STEPS = 60
 """Most Newton steps; they climb monotonically to the root and take 5 to 10."""
+OFF_FACE = 1e-9
+"""How far points are kept off the inner medial face, in semi-axes."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class EllipsoidObject(GraspObject):
         gradient, and with the shape operator W of the surface at y the Hessian is W (I + φ W)⁻¹.
         """
         squares = self.half_extents**2
+        points = _off_medial_face(points, self.half_extents)
         shifted = squares + _multiplier(points, self.half_extents)[:, None]
         closest = squares * points / shifted
         slope = closest / squares
@@ -67,12 +70,23 @@ class EllipsoidObject(GraspObject):
         return mesh
 
 
+def _off_medial_face(points: Array, axes: Array) -> Array:
+    """Return points with those on the inner medial face, which have two closest points, moved off by 1e-9 axes."""
+    short = int(np.argmin(axes))
+    least = OFF_FACE * axes[short]
+    on_face = (np.abs(points[:, short]) < least) & (((points / axes) ** 2).sum(axis=1) < 1.0)
+    if not on_face.any():
+        return points
+    moved = np.array(points)
+    moved[on_face, short] = np.copysign(least, points[on_face, short])
+    return moved
+
+
 def _multiplier(points: Array, axes: Array) -> Array:
     """Return the largest root t of Σ (a_i p_i / (t + a_i²))² = 1 for every point, of shape (n,)."""
     products, squares = axes * points, axes * axes
     # Left of the root the sum is convex and falls, so that Newton's steps climb to the root without passing it.
-    # The centre and the inner medial face, where the closest point is not unique, are kept away from the pole.
-    t = np.maximum((np.abs(products) - squares).max(axis=1), (1e-9 - 1.0) * squares.min())
+    t = (np.abs(products) - squares).max(axis=1)
     for _ in range(NEWTON_STEPS):
         ratio = products / (t[:, None] + squares)
         ratio *= ratio
