@@ -86,7 +86,7 @@ def _multiplier(points: Array, axes: Array) -> Array:
     """Return the largest root t of Σ (a_i p_i / (t + a_i²))² = 1 for every point, of shape (n,)."""
     products, squares = axes * points, axes * axes
     # Left of the root the sum is convex and falls, so that Newton's steps climb to the root without passing it.
-    t = (np.abs(products) - squares).max(axis=1)
+    t = np.maximum((np.abs(products) - squares).max(axis=1), (OFF_FACE / 2 - 1.0) * squares.min())
     for _ in range(NEWTON_STEPS):
         ratio = products / (t[:, None] + squares)
         ratio *= ratio

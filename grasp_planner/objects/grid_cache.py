@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import os
 import tempfile
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +71,7 @@ def _load(path: Path) -> DistanceGrid | None:
     if not path.is_file():
         return None
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             low, high, scalars, coefficients = (data[key] for key in ("low", "high", "scalars", "coefficients"))
         resolution, margin, error = scalars.tolist()
         n_x, n_y, n_z = coefficients.shape
@@ -79,5 +80,5 @@ def _load(path: Path) -> DistanceGrid | None:
         sound = coefficients.dtype == np.float32 and 0 < coefficients.size <= MAX_NODES
         sound = sound and low.shape == high.shape == (3,) and (expected == coefficients.shape).all()
         return DistanceGrid(axes, coefficients, error) if sound and np.isfinite(coefficients).all() else None
-    except (OSError, ValueError, KeyError, ArithmeticError, EOFError):
+    except (OSError, ValueError, KeyError, ArithmeticError, EOFError, zipfile.BadZipFile):
         return None

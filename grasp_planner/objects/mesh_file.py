@@ -69,9 +69,10 @@ def read_solid(path: Path, *, repair: bool = False) -> Solid:
         mesh.fix_normals(multibody=True)
         repairs.append("turned flipped triangles")
     extent = float(mesh.extents.max())
-    if abs(mesh.volume) < 1e-9 * extent**3:
-        raise FileFormatError(path, f"encloses no volume ({mesh.volume:.3g} for a size of {extent:.3g})")
-    if mesh.volume < 0.0:
+    volume = float(np.linalg.det(mesh.triangles).sum()) / 6.0
+    if abs(volume) < 1e-9 * extent**3:
+        raise FileFormatError(path, f"encloses no volume ({volume:.3g} for a size of {extent:.3g})")
+    if volume < 0.0:
         if not repair:
             raise FileFormatError(path, f"is inside out: its normals point inwards{_HINT}")
         mesh.invert()
