@@ -33,7 +33,7 @@ FINGERS: dict[str, tuple[Vector, float]] = {
 TURNING = {"left": "", "right": "left_turn"}  # fingers the fourth motor turns, and what the turn mimics
 FLEXIONS = ("proximal", "distal")
 LIMITS = {"turn": (0.0, 1.2), "proximal": (-0.25, 1.9), "distal": (0.0, 1.5)}  # [rad]
-REST = {"turn": 0.2, "proximal": 0.15, "distal": 0.25}  # without tension [rad]
+REST = {"turn": 0.2, "proximal": -0.25, "distal": 0.0}  # without tension the springs hold the fingers open [rad]
 STIFFNESS = {"turn": 10.0, "proximal": 0.8, "distal": 2.0}  # [N m/rad]
 PULLEY = {"proximal": 0.010, "distal": 0.008}  # [m]
 

@@ -67,6 +67,6 @@ def test_state_derivatives(hands, mesh_texts, shape, hand, contact_set, n_synerg
         # Two step lengths: round-off and truncation differ, a wrong derivative is wrong with both.
         errors = []
         for step in (3e-6, 3e-7):
-            numeric = central_differences(lambda v: value(program.evaluator.evaluate(v * program.scale)), z, step)
+            numeric = central_differences(lambda v, f=value: f(program.evaluator.evaluate(v * program.scale)), z, step)
             errors.append(np.abs(analytic - numeric).max() / np.abs(numeric).max())
         assert min(errors) < 1e-6, name
