@@ -86,14 +86,6 @@ def test_allegro_plans(allegro, text, n_synergies):
     assert grasp.feasible, grasp.verdict
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["torus", "mug", "bracket"])
-def test_allegro_plans_on_meshes(allegro, mesh_texts, name):
-    problem = gp.GraspProblem(hand=allegro, grasp_object=gp.parse_object(mesh_texts[name]), n_synergies=16)
-    grasp = gp.plan_grasp(problem, seed=1, options=QUICK)
-    assert grasp.feasible, grasp.verdict
-
-
 def test_tendon_hand_is_underactuated(tendon):
     """Seven independent joints, four motors; a stiffness for each joint; one joint mimics another backwards."""
     space = tendon.synergies()
