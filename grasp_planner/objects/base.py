@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import trimesh
@@ -39,7 +39,17 @@ class GraspObject(ABC):
     """
 
     kind: ClassVar[str]
+    convex: ClassVar[bool] = True
     mass: float
+
+    @property
+    def solid(self) -> GraspObject:
+        """The body that links have to keep clear of: the object itself, unless only part of it may be touched."""
+        return self
+
+    @abstractmethod
+    def coal_geometry(self) -> Any:
+        """Return the exact solid as a coal geometry in O, for checks independent of :meth:`sample`."""
 
     @abstractmethod
     def sample(self, points: Array) -> SurfaceSample:
@@ -102,6 +112,12 @@ def check_sizes(shape: GraspObject, edge_limit: float = np.inf) -> None:
                 raise InvalidValueError(name, value, f"between 1e-06 and {edge_limit:g} m")
         else:
             positive(name, value, zero_allowed=field.name == "caps", unit="kg" if field.name == "mass" else "m")
+
+
+def rounded_solid(core: Any, edge: float) -> Any:
+    """Return a coal geometry swept by a sphere of a radius [m]."""
+    core.setSweptSphereRadius(edge)
+    return core
 
 
 def rounded(points: Array, axes: Array) -> tuple[Array, Array, Array]:

@@ -28,8 +28,14 @@ STRIDE = 4
 """Far from the surface only every fourth node is exact; the rest is interpolated."""
 BAND_OUTSIDE, BAND_INSIDE = 0.016, 4.0
 """Nodes up to 16 mm outside and 4 resolutions inside the surface are exact."""
-MAX_NODES = 6_000_000
+MAX_NODES = 10_000_000
 """Most nodes of a grid; the resolution follows if it has to."""
+REFINEMENT = 0.85
+"""The error falls with the resolution; how much finer than that the next attempt is."""
+ATTEMPTS = 3
+"""Most attempts at an error."""
+CHUNK = 400_000
+"""Points whose exact distance is computed at once."""
 PROBES = 4000
 """Points at which the error is measured."""
 
@@ -160,16 +166,30 @@ def _extended(sample: SurfaceSample, over: Array) -> SurfaceSample:
     )
 
 
-def build_distance_grid(mesh: trimesh.Trimesh, resolution: float) -> DistanceGrid:
+def build_distance_grid(mesh: trimesh.Trimesh, resolution: float, tolerance: float = np.inf) -> DistanceGrid:
     """Return the distance grid of a solid; takes seconds.
 
     Args:
         mesh: Watertight mesh with outward normals [m].
         resolution: Node spacing around the surface [m]; coarser if there would be more than MAX_NODES.
+        tolerance: Error above which the grid is refined, as far as MAX_NODES allows [m].
 
     Returns:
         The grid with its measured error.
     """
+    grid = _built(mesh, resolution)
+    for _ in range(ATTEMPTS - 1):
+        if grid.error <= tolerance:
+            break
+        finer = _built(mesh, max(REFINEMENT * tolerance / grid.error, 0.3) * grid.axes.resolution)
+        if finer.axes.resolution > 0.95 * grid.axes.resolution:
+            break
+        grid = finer
+    return grid
+
+
+def _built(mesh: trimesh.Trimesh, resolution: float) -> DistanceGrid:
+    """Return the grid of one resolution, or of the finest that is allowed."""
     axes = GridAxes.around(mesh.bounds, resolution)
     while np.prod(axes.counts, dtype=float) > MAX_NODES:
         resolution *= 1.05
@@ -193,7 +213,8 @@ def exact_distance(mesh: trimesh.Trimesh, points: Array) -> Array:
     """Return the exact signed distance to a solid, negative inside [m], of shape (n,)."""
     vertices, faces = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
     sign = igl.SignedDistanceType.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
-    return np.asarray(igl.signed_distance(np.ascontiguousarray(points), vertices, faces, sign_type=sign)[0])
+    parts = (np.ascontiguousarray(points[k : k + CHUNK]) for k in range(0, len(points), CHUNK))
+    return np.concatenate([igl.signed_distance(part, vertices, faces, sign_type=sign)[0] for part in parts])
 
 
 def _distances(mesh: trimesh.Trimesh, axes: GridAxes) -> Array:

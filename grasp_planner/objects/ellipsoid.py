@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import coal
 import numpy as np
 import trimesh
 
@@ -36,6 +37,10 @@ class EllipsoidObject(GraspObject):
 
     def __post_init__(self) -> None:
         check_sizes(self)
+
+    def coal_geometry(self) -> Any:
+        """Return the coal geometry."""
+        return coal.Ellipsoid(self.x, self.y, self.z)
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class.

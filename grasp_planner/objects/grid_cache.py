@@ -19,20 +19,21 @@ CACHE_VERSION = 1
 """Raised whenever grids are built in another way."""
 
 
-def cached_distance_grid(mesh: trimesh.Trimesh, resolution: float) -> DistanceGrid:
+def cached_distance_grid(mesh: trimesh.Trimesh, resolution: float, tolerance: float = np.inf) -> DistanceGrid:
     """Return the distance grid of a solid, from the user's cache folder if it is there.
 
     Args:
         mesh: Watertight mesh in its final unit and frame [m].
         resolution: Node spacing asked for [m].
+        tolerance: Error above which the grid is refined [m].
 
     Returns:
         The grid.
     """
-    path = cache_folder() / f"{_content_hash(mesh, resolution)}.npz"
+    path = cache_folder() / f"{_content_hash(mesh, resolution, tolerance)}.npz"
     grid = _load(path)
     if grid is None:
-        grid = build_distance_grid(mesh, resolution)
+        grid = build_distance_grid(mesh, resolution, tolerance)
         with contextlib.suppress(OSError):  # no cache is slower, not wrong
             _store(grid, path)
     return grid
@@ -43,9 +44,9 @@ def cache_folder() -> Path:
     return Path(platformdirs.user_cache_dir("grasp_planner", appauthor=False)) / "distance_grids"
 
 
-def _content_hash(mesh: trimesh.Trimesh, resolution: float) -> str:
+def _content_hash(mesh: trimesh.Trimesh, resolution: float, tolerance: float) -> str:
     """Return the hash of everything a grid depends on."""
-    digest = hashlib.sha256(f"{CACHE_VERSION} {resolution!r}".encode())
+    digest = hashlib.sha256(f"{CACHE_VERSION} {resolution!r} {tolerance!r}".encode())
     digest.update(np.ascontiguousarray(mesh.vertices, dtype=np.float64).tobytes())
     digest.update(np.ascontiguousarray(mesh.faces, dtype=np.int64).tobytes())
     return digest.hexdigest()[:32]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import coal
 import numpy as np
 import trimesh
 
@@ -20,7 +21,9 @@ from .mesh_file import MeshWarning, read_solid
 CELLS = 100
 """Grid cells along the longest side unless a resolution is given …"""
 COARSEST, FINEST = 1e-3, 0.3e-3
-"""… but no coarser and no finer than this [m]."""
+"""… but no coarser and no finer than this [m] …"""
+TOLERANCE = 0.3e-3
+"""… and finer where the measured error is larger than this [m]."""
 DEFAULT_MASS = 0.2
 """Mass without mass and density [kg]."""
 SMALL, LARGE = 0.01, 1.0
@@ -38,11 +41,13 @@ class MeshObject(GraspObject):
         scale: Factor from the unit of the file to metres.
         mass: Mass [kg]; from the density if that is given, 0.2 without either.
         density: Density [kg/m³]; None if the mass is given.
-        resolution: Spacing of the distance grid [m]; None for a hundredth of the longest side, 0.3 to 1 mm.
+        resolution: Spacing of the distance grid [m]; None for a hundredth of the longest side, 0.3 to 1 mm, and
+            finer if the distance is not exact to 0.3 mm.
         repair: Whether to mend holes, flipped triangles and overlapping parts (1) or refuse them (0).
     """
 
     kind: ClassVar[str] = "mesh"
+    convex: ClassVar[bool] = False
     path: str = ""
     scale: float = 1.0
     mass: float = None  # type: ignore[assignment]  # a number once built
@@ -65,18 +70,27 @@ class MeshObject(GraspObject):
         mass = DEFAULT_MASS if self.mass is None else self.mass
         if self.density is not None:
             mass = positive("object mesh.density", self.density, unit="kg/m³") * float(mesh.volume)
-        spacing = self.resolution
-        if spacing is None:
-            spacing = float(np.clip(mesh.extents.max() / CELLS, FINEST, COARSEST))
-        positive("object mesh.resolution", spacing, unit="m")
+        grid = self._make_grid(mesh)
         for name, value in {
             "mass": positive("object mesh.mass", mass, unit="kg"),
             "_mesh": mesh,
-            "_grid": cached_distance_grid(mesh, spacing),
+            "_grid": grid,
             "repairs": solid.repairs,
             "file_origin": readonly(-centre),
         }.items():
             object.__setattr__(self, name, value)
+
+    def _make_grid(self, mesh: trimesh.Trimesh) -> DistanceGrid:
+        """Return the distance grid, and warn if it could not be made as exact as wanted."""
+        if self.resolution is not None:
+            spacing = positive("object mesh.resolution", self.resolution, unit="m")
+            return cached_distance_grid(mesh, spacing)
+        spacing = float(np.clip(mesh.extents.max() / CELLS, FINEST, COARSEST))
+        grid = cached_distance_grid(mesh, spacing, TOLERANCE)
+        if grid.error > TOLERANCE and mesh.extents.max() <= LARGE:
+            message = f"{self.path}: its distance is exact to {1e3 * grid.error:.2f} mm only (thin or sharp parts)"
+            warnings.warn(message, MeshWarning, stacklevel=4)
+        return grid
 
     _mesh: ClassVar[trimesh.Trimesh]
     _grid: ClassVar[DistanceGrid]
@@ -84,6 +98,15 @@ class MeshObject(GraspObject):
     """What was repaired, one sentence each."""
     file_origin: ClassVar[Array]
     """Origin of the file's frame in O [m], of shape (3,)."""
+
+    def coal_geometry(self) -> Any:
+        """Return the triangles as a coal geometry."""
+        model = coal.BVHModelOBBRSS()
+        model.beginModel(len(self._mesh.faces), len(self._mesh.vertices))
+        model.addVertices(np.array(self._mesh.vertices, dtype=float))
+        model.addTriangles(np.array(self._mesh.faces, dtype=np.int64))
+        model.endModel()
+        return model
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
+import coal
 import numpy as np
 import trimesh
 
 from ..exceptions import InvalidValueError
 from ..spatial import Array
-from .base import GraspObject, SurfaceSample, check_sizes, rounded
+from .base import GraspObject, SurfaceSample, check_sizes, rounded, rounded_solid
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,10 @@ class Sphere(GraspObject):
 
     def __post_init__(self) -> None:
         check_sizes(self)
+
+    def coal_geometry(self) -> Any:
+        """Return the coal geometry."""
+        return coal.Sphere(self.radius)
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
@@ -72,6 +77,15 @@ class Cylinder(GraspObject):
         check_sizes(self, edge_limit=min(self.radius, self.height / 2))
         if self.caps not in (0, 1):
             raise InvalidValueError("object cylinder.caps", self.caps, "0 or 1")
+
+    @property
+    def solid(self) -> GraspObject:
+        """The cylinder with its caps."""
+        return self if self.caps else replace(self, caps=1)
+
+    def coal_geometry(self) -> Any:
+        """Return the coal geometry, with caps and rounded edges."""
+        return rounded_solid(coal.Cylinder(self.radius - self.edge, self.height - 2 * self.edge), self.edge)
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
@@ -135,6 +149,10 @@ class Capsule(GraspObject):
     def __post_init__(self) -> None:
         check_sizes(self)
 
+    def coal_geometry(self) -> Any:
+        """Return the coal geometry."""
+        return coal.Capsule(self.radius, self.height)
+
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
         over = np.abs(points[:, 2]) - self.height / 2
@@ -179,6 +197,10 @@ class Box(GraspObject):
 
     def __post_init__(self) -> None:
         check_sizes(self, edge_limit=min(self.x, self.y, self.z) / 2)
+
+    def coal_geometry(self) -> Any:
+        """Return the coal geometry, with rounded edges."""
+        return rounded_solid(coal.Box(*(2 * (self.half_extents - self.edge))), self.edge)
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""

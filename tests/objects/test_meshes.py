@@ -6,6 +6,7 @@ import struct
 import time
 import warnings
 
+import coal
 import numpy as np
 import pytest
 import trimesh
@@ -57,6 +58,17 @@ def test_derivatives_agree_with_finite_differences(solid):
         hessian = central_differences(lambda p: solid.sample(p[None]).gradient[0], point, 1e-7)
         np.testing.assert_allclose(sample.gradient[0], gradient, atol=1e-6)
         np.testing.assert_allclose(sample.hessian[0], hessian, atol=1e-3 * (1.0 + abs(hessian).max()))
+
+
+def test_coal_geometry_is_the_mesh(solid):
+    """Coal's distance from small balls outside agrees with the exact one."""
+    points = np.random.default_rng(3).normal(0.0, 0.05, (30, 3))
+    points = points[exact_distance(solid.mesh, points) > 0.002]
+    for point, exact in zip(points, exact_distance(solid.mesh, points), strict=True):
+        placement = coal.Transform3s(np.eye(3), point)
+        request, result = coal.DistanceRequest(), coal.DistanceResult()
+        found = coal.distance(coal.Sphere(0.001), placement, solid.coal_geometry(), coal.Transform3s(), request, result)
+        assert found + 0.001 == pytest.approx(exact, abs=1e-5)
 
 
 def test_second_derivatives_are_continuous(solid):

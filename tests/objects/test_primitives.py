@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import coal
 import numpy as np
 import pytest
 
@@ -82,6 +83,21 @@ def test_meshes_for_pictures_lie_on_the_surface(primitive):
     if getattr(primitive, "caps", 1):
         assert np.abs(distance).max() < 1e-9 + getattr(primitive, "edge", 0.0)
     np.testing.assert_allclose(np.abs(primitive.mesh.bounds).max(axis=0), primitive.half_extents, rtol=0.02)
+
+
+def test_coal_geometry_is_the_solid(primitive):
+    """Coal's distance from a small ball to the solid is the signed distance, from outside."""
+    solid = primitive.solid
+    points = points_around(solid, 15)
+    points = points[solid.sample(points).distance > 0.004]
+    request, ball = coal.DistanceRequest(), coal.Sphere(0.001)
+    request.gjk_tolerance = request.epa_tolerance = 1e-12
+    for point in points:
+        placement = coal.Transform3s(np.eye(3), point)
+        distance = coal.distance(
+            ball, placement, solid.coal_geometry(), coal.Transform3s(), request, coal.DistanceResult()
+        )
+        assert distance + 0.001 == pytest.approx(solid.sample(point[None]).distance[0], abs=2e-6)
 
 
 def test_inertia_of_a_sphere():
