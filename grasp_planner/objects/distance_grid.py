@@ -27,7 +27,9 @@ RIM = 4
 STRIDE = 4
 """Far from the surface only every fourth node is exact; the rest is interpolated."""
 BAND_OUTSIDE, BAND_INSIDE = 0.016, 4.0
-"""Nodes up to 16 mm outside and 4 resolutions inside the surface are exact."""
+"""Nodes are exact up to 16 mm outside the surface, where SPACING is kept, and 4 resolutions inside."""
+SPACING = 1.1e-3
+"""Exact nodes farther than 4 resolutions from the surface may be this far apart [m]."""
 MAX_NODES = 10_000_000
 """Most nodes of a grid; the resolution follows if it has to."""
 REFINEMENT = 0.85
@@ -218,18 +220,32 @@ def exact_distance(mesh: trimesh.Trimesh, points: Array) -> Array:
 
 
 def _distances(mesh: trimesh.Trimesh, axes: GridAxes) -> Array:
-    """Return distances at all nodes: exact near the surface and at every STRIDE-th node, else interpolated."""
+    """Return distances at all nodes: every STRIDE-th is exact; between these, nodes are exact near the surface.
+
+    Where fingertip centres are, BAND_OUTSIDE, exact nodes are no farther apart than SPACING.
+    """
     nodes = [axes.nodes(axis) for axis in range(3)]
     coarse = [line[::STRIDE] for line in nodes]
     values = exact_distance(mesh, _product(coarse)).reshape([len(line) for line in coarse])
-    for axis, count in enumerate(axes.counts):
-        index = np.arange(0, count, STRIDE)
-        refine = scipy.interpolate.make_interp_spline(index, np.eye(len(index)), k=3)(np.arange(count))
+    fine = 2 * axes.resolution <= SPACING
+    inside = BAND_INSIDE * axes.resolution
+    for stride, outside in ((2, BAND_OUTSIDE if fine else 0.0), (1, inside if fine else BAND_OUTSIDE)):
+        values = _doubled(values)
+        if outside == 0.0:
+            continue
+        slack = stride * axes.resolution
+        near = (values < outside + slack) & (values > -(inside + slack))
+        points = [line[::stride][index] for line, index in zip(nodes, np.nonzero(near), strict=True)]
+        values[near] = exact_distance(mesh, np.column_stack(points))
+    return values
+
+
+def _doubled(values: Array) -> Array:
+    """Return values at the nodes and between them, by cubic interpolation along each axis."""
+    for axis, count in enumerate(values.shape):
+        index = np.arange(count)
+        refine = scipy.interpolate.make_interp_spline(index, np.eye(count), k=3)(np.arange(2 * count - 1) / 2)
         values = np.moveaxis(np.tensordot(refine, values, axes=(1, axis)), 0, axis)
-    slack = STRIDE * axes.resolution / 2
-    near = (values < BAND_OUTSIDE + slack) & (values > -(BAND_INSIDE * axes.resolution + slack))
-    i, j, k = np.nonzero(near)
-    values[near] = exact_distance(mesh, np.column_stack([nodes[0][i], nodes[1][j], nodes[2][k]]))
     return values
 
 
