@@ -233,7 +233,7 @@ def _distances(mesh: trimesh.Trimesh, axes: GridAxes) -> Array:
         values = _doubled(values)
         if outside == 0.0:
             continue
-        slack = stride * axes.resolution
+        slack = STRIDE * axes.resolution  # what interpolation between every fourth node may be wrong by
         near = (values < outside + slack) & (values > -(inside + slack))
         points = [line[::stride][index] for line, index in zip(nodes, np.nonzero(near), strict=True)]
         values[near] = exact_distance(mesh, np.column_stack(points))

@@ -15,7 +15,7 @@ import trimesh
 
 from .distance_grid import MAX_NODES, DistanceGrid, GridAxes, build_distance_grid
 
-CACHE_VERSION = 2
+CACHE_VERSION = 3
 """Raised whenever grids are built in another way."""
 
 
