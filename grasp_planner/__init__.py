@@ -38,8 +38,12 @@ from .hand import load_hand as load_hand
 from .hand_description import hand_library as hand_library
 from .kinematics import HandKinematics as HandKinematics
 from .objects import Box as Box
+from .objects import Capsule as Capsule
 from .objects import Cylinder as Cylinder
+from .objects import EllipsoidObject as EllipsoidObject
 from .objects import GraspObject as GraspObject
+from .objects import MeshObject as MeshObject
+from .objects import MeshWarning as MeshWarning
 from .objects import Sphere as Sphere
 from .objects import parse_object as parse_object
 from .planner import PlannerOptions as PlannerOptions

@@ -9,6 +9,7 @@ import click
 
 from . import __version__
 from .cli_bench import bench
+from .cli_hand import hand_group
 from .cli_plan import plan
 from .cli_reproduce import reproduce
 from .exceptions import GraspPlannerError
@@ -44,4 +45,5 @@ def main() -> None:
 
 main.add_command(plan)
 main.add_command(bench)
+main.add_command(hand_group)
 main.add_command(reproduce)

@@ -122,7 +122,7 @@ def problem_from_options(
     parameters = GraspParameters(
         friction=friction,
         structural_compliance=_given(structural_compliance, defaults.structural),
-        joint_compliance=_given(joint_compliance, defaults.joint),
+        joint_compliance=joint_compliance,
         contact_stiffness=_given(contact_stiffness, defaults.contact_stiffness),
         force_weight=w_force,
         task_weight=w_task,

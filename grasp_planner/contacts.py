@@ -94,15 +94,15 @@ def hand_jacobian(
     rows = []
     for frame, point in zip(frames, points, strict=True):
         jacobian = pin.getFrameJacobian(hand.model, data, frame.frame_id, pin.LOCAL_WORLD_ALIGNED)
-        centre = object_from_root.act(data.oMf[frame.frame_id].translation)
+        origin = object_from_root.act(data.oMf[frame.frame_id].translation)
         linear = object_from_root.rotation @ jacobian[:3]
         angular = object_from_root.rotation @ jacobian[3:]
-        rows.append((linear - skew(point - centre) @ angular) @ hand.coupling)
+        rows.append((linear - skew(point - origin) @ angular) @ hand.coupling)
     return np.vstack(rows)
 
 
 def fingertip_positions(hand: Hand, frames: tuple[ContactFrame, ...], q: Array, palm_in_object: pin.SE3) -> Array:
-    """Return the origins of contact frames in O by Pinocchio's forward kinematics.
+    """Return the points of contact frames in O by Pinocchio's forward kinematics.
 
     Args:
         hand: The hand.
@@ -116,7 +116,7 @@ def fingertip_positions(hand: Hand, frames: tuple[ContactFrame, ...], q: Array, 
     data = hand.model.createData()
     pin.framesForwardKinematics(hand.model, data, hand.full_configuration(q))
     object_from_root = palm_in_object * hand.palm_in_root.inverse()
-    return np.array([object_from_root.act(data.oMf[frame.frame_id].translation) for frame in frames])
+    return np.array([object_from_root.act(data.oMf[frame.frame_id].act(np.array(frame.offset))) for frame in frames])
 
 
 def synergy_jacobian(jacobian: Array, basis: Array) -> Array:

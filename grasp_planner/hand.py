@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,11 @@ import numpy as np
 import pinocchio as pin
 
 from .exceptions import InvalidValueError, NameNotFoundError
-from .hand_description import HandDescription, find_hand, read_hand_description
+from .hand_description import ContactDescription, HandDescription, find_hand, read_hand_description
+from .joint_coupling import joint_coupling, joint_limits
 from .spatial import Array, finite_array, readonly, unit_vector
 from .synergies import SynergySpace, load_synergies
-from .urdf_file import MimicJoint, read_urdf
+from .urdf_file import find_urdf, read_urdf
 
 
 @dataclass(frozen=True)
@@ -22,11 +24,12 @@ class ContactFrame:
 
     Attributes:
         name: Its name in the contact set.
-        frame: URDF frame whose origin is the fingertip (radius 0) or the centre of its sphere.
+        frame: URDF frame that carries it.
         link: Link the frame is fixed to.
         radius: Fingertip radius [m].
         frame_id: Index of the frame in the Pinocchio model.
         joint_id: Index of the joint that carries it.
+        offset: The fingertip (radius 0) or the centre of its sphere, in the frame [m].
     """
 
     name: str
@@ -35,6 +38,7 @@ class ContactFrame:
     radius: float
     frame_id: int
     joint_id: int
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -158,9 +162,31 @@ class Hand:
         name = set_name if set_name is not None else next(iter(sets))
         if name not in sets:
             raise NameNotFoundError("contact set", name, sets)
-        return tuple(
-            _contact_frame(self.model, label, entry.frame, entry.radius) for label, entry in sets[name].items()
-        )
+        return tuple(_contact_frame(self.model, label, entry) for label, entry in sets[name].items())
+
+    def centre_of_grasp(self, set_name: str | None = None) -> Array:
+        """Return where the middle of an object sits that is held by a contact set, in P [m], of shape (3,)."""
+        name = set_name if set_name is not None else next(iter(self.description.contact_sets), "")
+        given = self.description.grasp_centres.get(name)
+        return self.grasp_centre if given is None else finite_array(f"grasp_centres.{name}", given, (3,))
+
+    @cached_property
+    def joint_compliance(self) -> Array:
+        """Default C_q of the independent joints, from the description [rad/(N m)], of shape (n_q,).
+
+        Raises:
+            NameNotFoundError: If the description names a joint that is not independent.
+            InvalidValueError: If it leaves one out.
+        """
+        given = self.description.compliance.joint
+        if not isinstance(given, dict):
+            return readonly(np.full(self.n_joints, given))
+        for name in given:
+            self.joint_index(name)
+        missing = [name for name in self.joint_names if name not in given]
+        if missing:
+            raise InvalidValueError(f"compliance.joint of hand {self.name}", missing, "a value for every joint")
+        return readonly([given[name] for name in self.joint_names])
 
     def synergies(self, set_name: str | None = None) -> SynergySpace:
         """Return a synergy set of the hand, in the order of its joints.
@@ -198,11 +224,11 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
     """
     path = find_hand(name_or_path)
     description = read_hand_description(path)
-    urdf = read_urdf(path.parent / description.urdf)
+    urdf = read_urdf(find_urdf(description.urdf, path.parent))
     model = urdf.model
-    coupling, offset = _coupling(model, description.joints, urdf.mimics)
+    coupling, offset = joint_coupling(model, description.joints, urdf.mimics)
     palm_in_root = _palm_placement(model, description.palm.link)
-    lower, upper = _limits(model, description.joints, coupling, offset)
+    lower, upper = joint_limits(model, description.joints, coupling, offset)
     return Hand(
         description=description,
         folder=path.parent,
@@ -219,13 +245,21 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
     )
 
 
-def _contact_frame(model: Any, name: str, frame: str, radius: float) -> ContactFrame:
+def _contact_frame(model: Any, name: str, described: ContactDescription) -> ContactFrame:
     """Look a contact frame up in the model."""
-    if not model.existFrame(frame):
+    frame = described.frame
+    frame_id = _frame_id(model, frame)
+    if frame_id is None:
         raise NameNotFoundError("frame", frame, (f.name for f in model.frames if f.name != "universe"))
-    frame_id = model.getFrameId(frame)
     entry = model.frames[frame_id]
-    return ContactFrame(name, frame, _carrying_link(model, entry), radius, frame_id, entry.parentJoint)
+    link = _carrying_link(model, entry)
+    return ContactFrame(name, frame, link, described.radius, frame_id, entry.parentJoint, described.offset)
+
+
+def _frame_id(model: Any, name: str) -> int | None:
+    """Return the index of a frame; a link goes before a joint of the same name. None if there is none."""
+    kinds = (pin.FrameType.BODY, pin.FrameType.OP_FRAME, pin.FrameType.FIXED_JOINT, pin.FrameType.JOINT)
+    return next((model.getFrameId(name, kind) for kind in kinds if model.existFrame(name, kind)), None)
 
 
 def _carrying_link(model: Any, frame: Any) -> str:
@@ -238,50 +272,12 @@ def _carrying_link(model: Any, frame: Any) -> str:
     return frame.name
 
 
-def _coupling(model: Any, joints: tuple[str, ...], mimics: dict[str, MimicJoint]) -> tuple[Array, Array]:
-    """Return the map from independent joints to all joints of the model."""
-    known = tuple(model.names)[1:]
-    for name in joints:
-        if name not in known:
-            raise NameNotFoundError("joint", name, known)
-        if name in mimics:
-            raise InvalidValueError("joints", name, "joints without <mimic>; the others follow them")
-    coupling = np.zeros((model.nv, len(joints)))
-    offset = np.zeros(model.nv)
-    for index, name in enumerate(known):
-        source, multiplier, shift = name, 1.0, 0.0
-        if name in mimics:
-            source, multiplier, shift = mimics[name].source, mimics[name].multiplier, mimics[name].offset
-        if source not in joints:
-            raise InvalidValueError(
-                "joints", name, f"every moving joint listed or mimicking a listed one ({', '.join(joints)})"
-            )
-        coupling[index, joints.index(source)] = multiplier
-        offset[index] = shift
-    return coupling, offset
-
-
 def _palm_placement(model: Any, link: str) -> Any:
     """Return the pose of the palm link in the root frame; the palm has to be fixed to the root."""
-    if not model.existFrame(link):
+    frame_id = _frame_id(model, link)
+    if frame_id is None:
         raise NameNotFoundError("link", link, (f.name for f in model.frames if f.type == pin.FrameType.BODY))
-    frame = model.frames[model.getFrameId(link)]
+    frame = model.frames[frame_id]
     if frame.parentJoint != 0:
         raise InvalidValueError("palm.link", link, "a link fixed to the root of the URDF")
     return frame.placement.copy()
-
-
-def _limits(model: Any, joints: tuple[str, ...], coupling: Array, offset: Array) -> tuple[Array, Array]:
-    """Return limits of the independent joints that keep every coupled joint within its own."""
-    lower = np.full(len(joints), -np.inf)
-    upper = np.full(len(joints), np.inf)
-    for full, column in zip(*np.nonzero(coupling), strict=True):
-        ends = (np.array([model.lowerPositionLimit[full], model.upperPositionLimit[full]]) - offset[full]) / (
-            coupling[full, column]
-        )
-        lower[column] = max(lower[column], ends.min())
-        upper[column] = min(upper[column], ends.max())
-    for name, low, high in zip(joints, lower, upper, strict=True):
-        if not (np.isfinite(low) and np.isfinite(high) and low < high):
-            raise InvalidValueError(f"limits of joint {name}", (float(low), float(high)), "finite, lower < upper")
-    return lower, upper

@@ -55,8 +55,8 @@ class FingerOrder(_Strict):
 class ComplianceDescription(_Strict):
     """Default compliances of the hand and stiffness of its contacts."""
 
-    joint: NonNegative = 0.1
-    """C_q [rad/(N m)]."""
+    joint: NonNegative | dict[str, NonNegative] = 0.1
+    """C_q [rad/(N m)], one number or one for every independent joint by its name."""
     structural: Positive = 0.1
     """C_s [m/N]."""
     contact_stiffness: NonNegative = 1e5
@@ -64,11 +64,13 @@ class ComplianceDescription(_Strict):
 
 
 class ContactDescription(_Strict):
-    """One contact of the hand: a URDF frame and the radius of the fingertip around its origin."""
+    """One contact of the hand: a point fixed to a URDF frame and the radius of the fingertip or link around it."""
 
     frame: str
     radius: NonNegative = 0.0
     """Fingertip radius [m]; 0 is the point fingertip of [Mavrogiannis2014]."""
+    offset: Vector3 = (0.0, 0.0, 0.0)
+    """Where the point sits in the frame [m]."""
 
 
 class SynergyFiles(_Strict):
@@ -92,7 +94,7 @@ class HandDescription(_Strict):
     name: str = Field(min_length=1)
     title: str = ""
     urdf: str
-    """URDF file, relative to the description file."""
+    """URDF file, relative to the description file, or ``example-robot-data:robots/…`` within that package."""
     joints: tuple[str, ...] = Field(min_length=1)
     """Independent joints in the order of q; the others mimic one of these."""
     palm: PalmDescription
@@ -100,6 +102,8 @@ class HandDescription(_Strict):
     compliance: ComplianceDescription = ComplianceDescription()
     contact_sets: dict[str, dict[str, ContactDescription]] = Field(default_factory=dict)
     """Contact sets by name, each with named contacts in order; the first set is the default."""
+    grasp_centres: dict[str, Vector3] = Field(default_factory=dict)
+    """Where the middle of an object sits in P [m], for contact sets that hold it elsewhere than the palm says."""
     synergies: SynergyFiles = SynergyFiles()
     collision: CollisionDescription = CollisionDescription()
 

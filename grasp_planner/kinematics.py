@@ -22,7 +22,7 @@ class ContactKinematics:
     """Kinematics of n_c contact frames at one posture; palm frame, derivatives by the n_q independent joints.
 
     Attributes:
-        position: Origins of the contact frames [m], of shape (n_c, 3).
+        position: Fingertips: the contact frames' origins, moved by their offsets [m], of shape (n_c, 3).
         linear: ∂position/∂q [m/rad], of shape (n_c, 3, n_q).
         angular: Angular velocity per joint velocity, of shape (n_c, 3, n_q).
         linear_derivative: ∂linear/∂q_k [m/rad²], of shape (n_q, n_c, 3, n_q), k first; empty if not asked for.
@@ -56,7 +56,7 @@ class HandKinematics:
         self._strictly_before = (index[:, None] < index[None, :]).astype(float)[:, None, None, :]
         placements = [hand.model.frames[frame.frame_id].placement for frame in self.frames]
         self._mounts = [
-            (frame.joint_id, np.array(placement.translation))
+            (frame.joint_id, placement.act(np.array(frame.offset)))
             for frame, placement in zip(self.frames, placements, strict=True)
         ]
         palm = hand.palm_in_root.inverse()

@@ -12,7 +12,7 @@ import trimesh
 
 from .exceptions import InvalidValueError
 from .hand import Hand
-from .objects import Box, Cylinder, GraspObject, Sphere
+from .objects import GraspObject
 from .spatial import Array
 
 
@@ -82,15 +82,5 @@ def geometry_mesh(geometry: Any) -> trimesh.Trimesh:
 
 
 def object_mesh(grasp_object: GraspObject) -> trimesh.Trimesh:
-    """Return the mesh of an object in O [m].
-
-    Raises:
-        InvalidValueError: If its kind is not supported.
-    """
-    if isinstance(grasp_object, Sphere):
-        return trimesh.creation.icosphere(subdivisions=3, radius=grasp_object.radius)
-    if isinstance(grasp_object, Cylinder):
-        return trimesh.creation.cylinder(radius=grasp_object.radius, height=grasp_object.height, sections=64)
-    if isinstance(grasp_object, Box):
-        return trimesh.creation.box(extents=2 * grasp_object.half_extents)
-    raise InvalidValueError("object", type(grasp_object).__name__, "a sphere, cylinder or box")
+    """Return the mesh of an object in O [m]."""
+    return grasp_object.mesh

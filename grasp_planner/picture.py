@@ -89,13 +89,13 @@ def draw_scene(axes: Any, grasp: Grasp) -> None:
         mesh = link.mesh.copy()
         mesh.apply_transform(placements[link.geometry_id].homogeneous)
         colour = PALM_COLOUR if link.link == problem.hand.description.palm.link else HAND_COLOUR
-        _add_mesh(axes, mesh, colour, 0.55)
+        add_mesh(axes, mesh, colour, 0.55)
         corners.append(mesh.bounds)
-    _add_mesh(axes, object_mesh(problem.grasp_object), OBJECT_COLOUR, 0.35)
+    add_mesh(axes, object_mesh(problem.grasp_object), OBJECT_COLOUR, 0.35)
     corners.append(object_mesh(problem.grasp_object).bounds)
     _draw_forces(axes, grasp)
     _draw_tasks(axes, grasp)
-    _frame(axes, np.vstack(corners))
+    frame_axes(axes, np.vstack(corners))
 
 
 def ellipsoid_mesh(ellipsoid: Ellipsoid) -> tuple[trimesh.Trimesh, bool]:
@@ -133,7 +133,7 @@ def _summary(grasp: Grasp) -> str:
     )
 
 
-def _add_mesh(axes: Any, mesh: trimesh.Trimesh, colour: str, opacity: float) -> None:
+def add_mesh(axes: Any, mesh: trimesh.Trimesh, colour: str, opacity: float) -> None:
     """Add a shaded mesh."""
     shade = LightSource(azdeg=315, altdeg=50).shade_normals(mesh.face_normals, fraction=0.7)
     faces = np.clip(np.outer(0.45 + 0.55 * shade, to_rgb(colour)), 0.0, 1.0)
@@ -158,10 +158,10 @@ def _draw_tasks(axes: Any, grasp: Grasp) -> None:
         style = "--" if task.is_motion else "-"
         axes.quiver(0, 0, 0, *(0.09 * part), color=TASK_COLOUR, linewidth=2.4, linestyle=style)
     mesh, _ = ellipsoid_mesh(transmission_ellipsoid(grasp.object_synergy_map, "force"))
-    _add_mesh(axes, mesh, ELLIPSOID_COLOUR, 0.18)
+    add_mesh(axes, mesh, ELLIPSOID_COLOUR, 0.18)
 
 
-def _frame(axes: Any, corners: Array) -> None:
+def frame_axes(axes: Any, corners: Array) -> None:
     """Set equal scales around everything drawn."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     centre, half = (low + high) / 2, float((high - low).max()) / 2

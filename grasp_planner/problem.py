@@ -30,7 +30,8 @@ class GraspParameters:
     Attributes:
         friction: Coefficient of friction μ.
         structural_compliance: C_s [m/N].
-        joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q.
+        joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q; the hand's own
+            (0.1 for the DLR/HIT II, as in the paper) if None.
         contact_stiffness: K_c [N/m].
         force_weight: w_F in z = w_F F + w_C C; eq. (29).
         task_weight: w_C.
@@ -41,7 +42,7 @@ class GraspParameters:
 
     friction: float = 0.8
     structural_compliance: float = 0.1
-    joint_compliance: float | tuple[float, ...] = 0.1
+    joint_compliance: float | tuple[float, ...] | None = None
     contact_stiffness: float = 1e5
     force_weight: float = 1e-6
     task_weight: float = 1.0
@@ -51,7 +52,7 @@ class GraspParameters:
     def __post_init__(self) -> None:
         positive("friction", self.friction)
         positive("structural_compliance", self.structural_compliance, unit="m/N")
-        for value in np.atleast_1d(self.joint_compliance):
+        for value in np.atleast_1d(0.0 if self.joint_compliance is None else self.joint_compliance):
             positive("joint_compliance", value, zero_allowed=True, unit="rad/(N m)")
         positive("contact_stiffness", self.contact_stiffness, zero_allowed=True, unit="N/m")
         positive("force_weight", self.force_weight, zero_allowed=True)
@@ -78,6 +79,7 @@ class GraspProblem:
         synergy_space: Synergies to use instead of a named set.
         clearance: What has to keep clear of what; by default nothing, the paper's plain problem (29)–(32), while
             ``ClearanceOptions()`` asks for real clearances and Remark 1.
+        contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
     """
 
     hand: Hand
@@ -89,9 +91,16 @@ class GraspProblem:
     contact_set: str | None = None
     synergy_space: SynergySpace | None = None
     clearance: ClearanceOptions = field(default_factory=ClearanceOptions.off)
+    contacts: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", tuple(self.tasks))
+        if self.contacts is not None:
+            chosen = tuple(self.contacts)
+            everything = len(chosen) == len(self.hand.contact_frames(self.contact_set)) == len(set(chosen))
+            object.__setattr__(self, "contacts", chosen)
+            if everything and self.frames:  # a choice of all is no choice: equal problems are equal
+                object.__setattr__(self, "contacts", None)
         if not self.tasks:
             raise InvalidValueError("tasks", (), "at least one task direction")
         n_s, n_q = self.n_synergies, self.hand.n_joints
@@ -101,15 +110,29 @@ class GraspProblem:
             raise InvalidValueError("n_synergies", n_s, "at least 6 for a twist task (β needs rank H_s = 6)")
         if len(self.frames) < 3:
             raise InvalidValueError(
-                "contact_set", [frame.name for frame in self.frames], "at least three contact frames"
+                "contact_set, contacts", [frame.name for frame in self.frames], "at least three contact frames"
             )
         # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
         _ = self.synergies, self.joint_compliance
 
     @cached_property
     def frames(self) -> tuple[ContactFrame, ...]:
-        """Contact frames that have to touch the object."""
-        return self.hand.contact_frames(self.contact_set)
+        """Contact frames that have to touch the object, in the order of the set."""
+        frames = self.hand.contact_frames(self.contact_set)
+        if self.contacts is None:
+            return frames
+        known = [frame.name for frame in frames]
+        for name in self.contacts:
+            if name not in known:
+                raise NameNotFoundError("contact", str(name), known)
+        if len(set(self.contacts)) < len(self.contacts):
+            raise InvalidValueError("contacts", self.contacts, "every contact once")
+        return tuple(frame for frame in frames if frame.name in self.contacts)
+
+    @cached_property
+    def grasp_centre(self) -> Array:
+        """Where the middle of the object sits in P for this contact set [m], of shape (3,)."""
+        return self.hand.centre_of_grasp(self.contact_set)
 
     @cached_property
     def radii(self) -> Array:
@@ -134,6 +157,8 @@ class GraspProblem:
     def joint_compliance(self) -> Array:
         """C_q of every joint [rad/(N m)], of shape (n_q,)."""
         given, n_q = self.parameters.joint_compliance, self.hand.n_joints
+        if given is None:
+            return self.hand.joint_compliance
         return finite_array("joint_compliance", np.full(n_q, given) if np.ndim(given) == 0 else given, (n_q,))
 
     @cached_property

@@ -279,11 +279,12 @@ def _contact_records(grasp: Grasp) -> list[ContactRecord]:
 def _parameter_record(problem: GraspProblem) -> ParameterRecord:
     """Return the record of the parameters."""
     parameters = problem.parameters
-    c_q = np.atleast_1d(parameters.joint_compliance).tolist()
+    values = problem.joint_compliance
+    c_q = values[:1].tolist() if np.ptp(values) == 0.0 else values.tolist()
     return ParameterRecord(
         mu=parameters.friction,
         C_s=parameters.structural_compliance,
-        C_q=c_q[0] if len(c_q) == 1 else c_q,
+        C_q=c_q[0] if len(c_q) == 1 else problem.joint_compliance.tolist(),
         K_c=parameters.contact_stiffness,
         w_F=parameters.force_weight,
         w_C=parameters.task_weight,
@@ -362,6 +363,7 @@ def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
         synergy_set=given.synergy_set,
         contact_set=given.contact_set,
         clearance=ClearanceOptions(**given.clearance.model_dump()),
+        contacts=tuple(contact.name for contact in record.contacts),
     )
     rotation = pin.Quaternion(readonly(record.palm_pose.quaternion_xyzw)).normalized().matrix()
     report = SearchReport(

@@ -50,7 +50,7 @@ def standard_start(problem: GraspProblem) -> GraspStart:
     short = [axis for axis in range(3) if long_axis[axis] == 0.0]
     approach = np.eye(3)[min(short, key=lambda axis: (extents[axis], axis))]
     rotation = _palm_rotation(problem, approach, long_axis)
-    centre = hand.grasp_centre + STANDOFF * hand.palm_normal
+    centre = problem.grasp_centre + STANDOFF * hand.palm_normal
     q = np.clip(problem.synergies.mean, hand.lower, hand.upper)
     return GraspStart(q, pin.SE3(rotation, -rotation @ centre), np.zeros(problem.n_synergies))
 
@@ -72,7 +72,7 @@ def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     closing = long_axis * rng.choice([-1.0, 1.0])
     approach = _unit(np.cross(closing, _unit(rng.normal(size=3))))
     rotation = rotation_exp(rng.normal(0.0, 0.15, 3)) @ _palm_rotation(problem, approach, closing)
-    centre = hand.grasp_centre + rng.normal(0.0, 0.012, 3)
+    centre = problem.grasp_centre + rng.normal(0.0, 0.012, 3)
     along = long_axis * rng.uniform(-0.4, 0.4) * float(extents.max() - extents.min())
     sigma = rng.normal(0.0, 0.3, problem.n_synergies)
     q = np.clip(problem.synergies.joint_angles(sigma), hand.lower, hand.upper)

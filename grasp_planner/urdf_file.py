@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import logging
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +18,8 @@ from .exceptions import FileFormatError
 
 MAX_URDF_BYTES = 20_000_000
 """Largest URDF that is read."""
+ROBOT_DATA = "example-robot-data"
+"""Installed package whose URDFs can be named as ``example-robot-data:robots/…``."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,47 @@ class UrdfFile:
     mimics: dict[str, MimicJoint]
 
 
+def find_urdf(text: str, folder: Path) -> Path:
+    """Return the path of a URDF as a hand description names it.
+
+    Args:
+        text: Path relative to the folder, or ``example-robot-data:`` and a path within that package's data.
+        folder: Folder of the description.
+
+    Returns:
+        The path.
+
+    Raises:
+        FileFormatError: If the package is not installed, or the path leaves its data.
+    """
+    package, colon, inner = text.partition(":")
+    if not colon or package != ROBOT_DATA:
+        return folder / text
+    if Path(inner).is_absolute() or ".." in Path(inner).parts:
+        raise FileFormatError(text, f"is no path within the data of {ROBOT_DATA}")
+    try:
+        data = importlib.metadata.distribution(ROBOT_DATA).locate_file(f"cmeel.prefix/share/{ROBOT_DATA}")
+    except importlib.metadata.PackageNotFoundError:
+        raise FileFormatError(text, f"needs the package {ROBOT_DATA}, which is not installed") from None
+    return Path(str(data)) / inner
+
+
+def package_folders(path: Path, text: str) -> tuple[Path, ...]:
+    """Return the folders in which the meshes of a URDF are looked for.
+
+    Args:
+        path: The URDF.
+        text: Its text; ``package://NAME/…`` is found if a folder NAME lies beside or above the file.
+
+    Returns:
+        The file's own folder, then those that hold the named packages.
+    """
+    names = sorted(set(re.findall(r"package://([\w.-]+)/", text)))
+    parents = path.resolve().parents
+    holding = {parent for name in names for parent in parents if (parent / name).is_dir()}
+    return path.parent, *sorted(holding, key=lambda parent: -len(parent.parts))
+
+
 def read_urdf(path: Path) -> UrdfFile:
     """Read a URDF of a hand.
 
@@ -65,27 +110,27 @@ def read_urdf(path: Path) -> UrdfFile:
         FileFormatError: If it can't be read, is malformed, declares a document type (entities), has no moving
             joint, a mimic of a mimic, or a joint that is not revolute.
     """
-    text = _read_text(path)
+    text = read_urdf_text(path)
     robot = _parse(path, text)
     mimics = _mimics(path, robot)
     try:
         model = pin.buildModelFromXML(text)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pinocchio warns whenever it is told where meshes are
-            collision_model = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION, [str(path.parent)])
+            folders = [str(folder) for folder in package_folders(path, text)]
+            collision_model = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION, folders)
     except Exception as error:
         raise FileFormatError(path, f"Pinocchio can't build it: {str(error).splitlines()[0]}") from None
     if model.nv == 0:
         raise FileFormatError(path, "has no moving joint")
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
-        if joint.nq != 1 or joint.nv != 1:
-            raise FileFormatError(
-                path, f"joint {name!r} is {joint.shortname()}, only bounded 1-DoF joints are supported"
-            )
+        kind = joint.shortname().removeprefix("JointModel")
+        if joint.nq != 1 or joint.nv != 1 or not kind.startswith("R"):
+            raise FileFormatError(path, f"joint {name!r} is {kind}, only revolute joints with limits are supported")
     return UrdfFile(path, model, collision_model, mimics)
 
 
-def _read_text(path: Path) -> str:
+def read_urdf_text(path: Path) -> str:
     """Return the text of the file after size and document-type checks."""
     try:
         if path.stat().st_size > MAX_URDF_BYTES:

@@ -8,13 +8,15 @@ import pytest
 import grasp_planner as gp
 
 PACKAGE = Path(gp.__file__).parent
-LAYERS = [
+LAYERS = (
     "exceptions",
     "spatial",
     "synergies",
     "urdf_file",
+    "joint_coupling",
     "hand_description",
     "hand",
+    "link_shapes",
     "kinematics",
     "objects",
     "contacts",
@@ -22,41 +24,59 @@ LAYERS = [
     "friction",
     "task",
     "force_closure",
+    "clearance_options",
     "problem",
     "variables",
     "contact_geometry",
     "force_distribution",
+    "coal_distances",
+    "distances",
+    "clearance",
     "state",
     "terms",
+    "clearance_terms",
     "nlp",
+    "feasibility",
     "program",
+    "phase_one",
     "starts",
+    "clearance_check",
     "grasp",
     "planner",
+    "retreat",
     "why_not",
     "record",
     "meshes",
     "picture",
+    "fingertips",
+    "palm_guess",
+    "hand_check",
+    "hand_proposal",
     "paper_tables",
     "reproduce",
     "reproduce_page",
     "benchmark",
+    "batch",
+    "viewer",
     "cli_options",
     "cli_plan",
     "cli_bench",
     "cli_reproduce",
+    "cli_hand",
+    "cli_batch",
+    "cli_view",
     "cli",
-]
+)
 BESIDE = {"human_hand", "retargeting", "__init__", "__main__"}
 """Modules beside the flow, checked for their own imports only."""
 
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 
-def imported(path):
-    """Return the modules of the package that a file imports."""
+def imported(path, level):
+    """Return the modules of the package that a file imports, a number of folders up."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level == 1]
+    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level == level]
     names = set()
     for node in nodes:
         names |= {node.module.split(".")[0]} if node.module else {alias.name for alias in node.names}
@@ -64,14 +84,17 @@ def imported(path):
 
 
 def test_every_module_has_its_place():
-    found = {path.stem for path in PACKAGE.glob("*.py")}
-    assert found - set(LAYERS) - BESIDE == set()
+    modules = {path.stem for path in PACKAGE.glob("*.py")}
+    packages = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    assert (modules | packages) - set(LAYERS) - BESIDE == set()
 
 
 @pytest.mark.parametrize("name", LAYERS)
 def test_lower_layers_do_not_import_higher_ones(name):
     allowed = set(LAYERS[: LAYERS.index(name)]) | {"__version__"}
-    assert imported(PACKAGE / f"{name}.py") <= allowed
+    folder, file = PACKAGE / name, PACKAGE / f"{name}.py"
+    for path in sorted(folder.glob("*.py")) if folder.is_dir() else [file]:
+        assert imported(path, level=2 if folder.is_dir() else 1) <= allowed, path.name
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

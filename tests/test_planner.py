@@ -118,7 +118,7 @@ def test_callback_sees_every_iteration_and_the_history_is_kept(right):
     )
     last = grasp.search.history[-1]
     assert last.force_norm == pytest.approx(grasp.force_norm, rel=1e-6)
-    assert set(last.violations) == {"surface", "compliance", "friction", "region"}
+    assert {"surface", "compliance", "friction", "region"} <= set(last.violations)
 
 
 def test_cancelling_returns_the_best_so_far(right):

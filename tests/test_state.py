@@ -5,9 +5,10 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.clearance_terms import problem_constraints
 from grasp_planner.program import GraspProgram
 from grasp_planner.state import StateEvaluator
-from grasp_planner.terms import CONSTRAINTS, COSTS
+from grasp_planner.terms import COSTS
 from tests.finite_differences import central_differences, relative_error
 
 OBJECTS = {
@@ -53,7 +54,7 @@ def check_all(problem, rng):
     evaluator, x = random_point(problem, rng)
     state = evaluator.evaluate(x)
     steps = steps_of(evaluator.layout)
-    for term in CONSTRAINTS:
+    for term in problem_constraints(problem):
         numeric = central_differences(lambda y, t=term: t.residual(problem, evaluator.evaluate(y)), x, steps)
         analytic = term.jacobian(problem, state)
         assert analytic.shape == numeric.shape
@@ -85,7 +86,7 @@ def test_derivatives_at_a_planned_grasp(planned):
     evaluator = StateEvaluator(problem, planned.palm_pose)
     x = evaluator.pack(planned.joint_angles, planned.palm_pose, planned.delta_sigma)
     state, steps = evaluator.evaluate(x), steps_of(evaluator.layout) / 4
-    for term in CONSTRAINTS:
+    for term in problem_constraints(problem):
         numeric = central_differences(lambda y, t=term: t.residual(problem, evaluator.evaluate(y)), x, steps)
         assert np.abs(term.jacobian(problem, state) - numeric).max() < 1e-6 * max(np.abs(numeric).max(), 1.0)
 

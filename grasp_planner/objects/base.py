@@ -1,0 +1,139 @@
+"""The protocol of objects: a signed distance with gradient and Hessian, a mass, a mesh and a text form.
+
+Everything is in the object frame O: origin at the centre of mass, axes fixed to the object.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
+
+import numpy as np
+import trimesh
+
+from ..exceptions import InvalidValueError
+from ..spatial import Array, positive, readonly
+
+
+@dataclass(frozen=True)
+class SurfaceSample:
+    """The signed distance at n points.
+
+    Attributes:
+        distance: φ, negative inside [m], of shape (n,).
+        gradient: ∇φ, the outward direction, of shape (n, 3).
+        hessian: ∇²φ, the curvature [1/m], of shape (n, 3, 3).
+    """
+
+    distance: Array
+    gradient: Array
+    hessian: Array
+
+
+@dataclass(frozen=True)
+class GraspObject(ABC):
+    """An object with a smooth surface and a mass [kg].
+
+    Subclasses give the signed distance; its gradient has length one wherever it is differentiable.
+    """
+
+    kind: ClassVar[str]
+    convex: ClassVar[bool] = True
+
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """Mass [kg]."""
+
+    @property
+    def solid(self) -> GraspObject:
+        """The body that links have to keep clear of: the object itself, unless only part of it may be touched."""
+        return self
+
+    @abstractmethod
+    def coal_geometry(self) -> Any:
+        """Return the exact solid as a coal geometry in O, for checks independent of :meth:`sample`."""
+
+    @abstractmethod
+    def sample(self, points: Array) -> SurfaceSample:
+        """Evaluate the signed distance with gradient and Hessian.
+
+        Args:
+            points: Points in O [m], of shape (n, 3).
+
+        Returns:
+            Distance, gradient and Hessian at the points.
+        """
+
+    def region(self, points: Array) -> tuple[Array, Array]:
+        """Evaluate the limits of the surface that may be touched.
+
+        Args:
+            points: Contact points in O [m], of shape (n, 3).
+
+        Returns:
+            Margins [m], not negative where contact is allowed, of shape (n, k), and their gradients, of shape
+            (n, k, 3); k = 0 where the whole surface may be touched.
+        """
+        return np.zeros((len(points), 0)), np.zeros((len(points), 0, 3))
+
+    @property
+    @abstractmethod
+    def half_extents(self) -> Array:
+        """Half the edges of the bounding box in O [m], of shape (3,)."""
+
+    @property
+    def length_scale(self) -> float:
+        """A characteristic length [m]: the smallest half extent."""
+        return float(self.half_extents.min())
+
+    def resized(self, factor: float) -> GraspObject:
+        """Return the same shape with every size multiplied by a factor, and the same mass."""
+        sizes = {f.name: factor * getattr(self, f.name) for f in fields(self) if f.name not in ("mass", "caps")}
+        return replace(self, **sizes)
+
+    @property
+    def text(self) -> str:
+        """The text form, which :func:`parse_object` reads back."""
+        values = (f"{f.name}={getattr(self, f.name):.12g}" for f in fields(self))
+        return f"{self.kind}:{','.join(values)}"
+
+    @property
+    @abstractmethod
+    def mesh(self) -> trimesh.Trimesh:
+        """Triangle mesh in O [m], for pictures."""
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia about the centre of mass, of uniform density within :attr:`mesh` [kg m²], of shape (3, 3)."""
+        mesh = self.mesh
+        return readonly(mesh.moment_inertia * (self.mass / mesh.volume))
+
+
+def check_sizes(shape: GraspObject, edge_limit: float = np.inf) -> None:
+    """Check every size and the mass of a shape to be positive, and the edge radius to fit."""
+    for field in fields(shape):
+        value = getattr(shape, field.name)
+        name = f"object {shape.kind}.{field.name}"
+        if field.name == "edge":
+            if not 1e-6 <= positive(name, value) <= edge_limit:
+                raise InvalidValueError(name, value, f"between 1e-06 and {edge_limit:g} m")
+        else:
+            positive(name, value, zero_allowed=field.name == "caps", unit="kg" if field.name == "mass" else "m")
+
+
+def rounded_solid(core: Any, edge: float) -> Any:
+    """Return a coal geometry swept by a sphere of a radius [m]."""
+    core.setSweptSphereRadius(edge)
+    return core
+
+
+def rounded(points: Array, axes: Array) -> tuple[Array, Array, Array]:
+    """Return length, direction and Hessian of the length of vectors, over the axes that count."""
+    length = np.sqrt((points * points).sum(axis=1))
+    safe = np.maximum(length, 1e-12)
+    direction = points / safe[:, None]
+    identity = np.eye(3) * np.broadcast_to(axes, points.shape)[:, None, :]
+    hessian = (identity - direction[:, :, None] * direction[:, None, :]) / safe[:, None, None]
+    return length, direction, hessian

@@ -1,0 +1,1 @@
+"""Tests of hands other than the DLR/HIT II."""

@@ -1,0 +1,159 @@
+"""A plain URDF: what is found in it, what is proposed, and one clear line for everything that can't be used."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import grasp_planner as gp
+from grasp_planner.cli_hand import hand_group
+from grasp_planner.hand_check import check_hand
+from grasp_planner.hand_proposal import proposed_description
+from grasp_planner.urdf_file import find_urdf
+
+ROOT = Path(__file__).parents[2]
+HANDS = {
+    "dlr_hit_ii_right": (5, 20, 15),
+    "allegro_right": (4, 16, 16),
+    "tendon_hand": (3, 8, 7),
+}
+
+INERTIA = '<inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/>'
+LINK = '<link name="{0}"><inertial><mass value="0.1"/>' + INERTIA + "</inertial>{1}</link>"
+JOINT = (
+    '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/>'
+    '<origin xyz="{4}"/><axis xyz="0 1 0"/>{5}</joint>'
+)
+LIMIT = '<limit lower="-0.1" upper="1.5" effort="1" velocity="1"/>'
+ROD = '<collision><origin xyz="0 0 0.02"/><geometry><cylinder radius="0.008" length="0.05"/></geometry></collision>'
+
+
+def three_fingers(kind="revolute", limit=LIMIT, extra="", geometry=ROD):
+    """A made-up hand of three two-joint fingers without tip frames; the last joint of the first is as given."""
+    parts = ['<robot name="made_up">', LINK.format("base", "")]
+    for finger, place in {"a": "-0.04 0 0", "b": "0.04 0.03 0", "c": "0.04 -0.03 0"}.items():
+        last = (kind, limit) if finger == "a" else ("revolute", LIMIT)
+        parts += [
+            LINK.format(f"{finger}_1", geometry),
+            LINK.format(f"{finger}_2", geometry),
+            JOINT.format(f"{finger}_joint1", "revolute", "base", f"{finger}_1", place, LIMIT),
+            JOINT.format(f"{finger}_joint2", last[0], f"{finger}_1", f"{finger}_2", "0 0 0.05", last[1]),
+        ]
+    return "".join([*parts, extra, "</robot>"])
+
+
+def write(folder, text):
+    path = folder / "my_hand.urdf"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", HANDS)
+def test_known_hands_are_found_out(name):
+    """Fingers, joints, tips, palm normal and grasp centre of hands whose descriptions were written by hand."""
+    hand = gp.load_hand(name)
+    check = check_hand(find_urdf(hand.description.urdf, hand.folder))
+    fingers, moving, independent = HANDS[name]
+    assert check.usable
+    assert (len(check.fingers), len(check.joints)) == (fingers, moving)
+    assert sum(not joint.mimics for joint in check.joints) == independent
+    described = {(frame.frame, round(frame.radius, 4)) for frame in hand.contact_frames("sphere")}
+    assert {(finger.tip.frame, round(finger.tip.radius, 4)) for finger in check.fingers} == described
+    palm = check.palm
+    assert palm is not None and palm.link == hand.description.palm.link
+    assert palm.normal @ hand.palm_normal > 0.95
+    assert abs(palm.closing_axis @ hand.closing_axis) > 0.85
+    assert np.linalg.norm(palm.grasp_centre - hand.grasp_centre) < 0.03
+
+
+def test_proposal_makes_a_hand(tmp_path):
+    """From a bare URDF to a planned grasp: the proposal loads, and plans once it has synergies."""
+    path = write(tmp_path, three_fingers())
+    check = check_hand(path)
+    assert [finger.name for finger in check.fingers] == ["a_joint", "b_joint", "c_joint"]
+    assert all(finger.tip.radius == pytest.approx(0.008) for finger in check.fingers)
+    assert all(finger.tip.offset == pytest.approx((0.0, 0.0, 0.037)) for finger in check.fingers)
+    assert any("synergies" in line for line in check.missing)
+    toml = tmp_path / "my_hand.toml"
+    toml.write_text(proposed_description(check), encoding="utf-8")
+    hand = gp.load_hand(toml)
+    assert hand.n_joints == 6
+    space = gp.SynergySpace(hand.joint_names, np.full(6, 0.3), np.eye(6))
+    problem = gp.GraspProblem(
+        hand=hand, grasp_object=gp.Sphere(radius=0.025, mass=0.05), n_synergies=6, synergy_space=space
+    )
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=25, enough=1))
+    assert grasp.feasible, grasp.verdict
+
+
+MIMIC = LIMIT + '<mimic joint="{0}"/>'
+BAD = {
+    "prismatic": ({"kind": "prismatic"}, "joint 'a_joint2' is prismatic: only revolute joints"),
+    "floating": ({"kind": "floating", "limit": ""}, "joint 'a_joint2' is floating"),
+    "continuous": ({"kind": "continuous", "limit": ""}, "joint 'a_joint2' is continuous"),
+    "no limits": ({"limit": ""}, "joint 'a_joint2' has no usable limits"),
+    "infinite limits": ({"limit": LIMIT.replace("1.5", "inf")}, "joint 'a_joint2' has no usable limits"),
+    "swapped limits": ({"limit": LIMIT.replace("1.5", "-1.5")}, "joint 'a_joint2' has no usable limits"),
+    "mimics nothing": ({"limit": MIMIC.format("ghost")}, "mimics 'ghost', which does not exist"),
+    "mimics itself": ({"limit": MIMIC.format("a_joint2")}, "mimics 'a_joint2', which is a mimic joint itself"),
+    "mesh": (
+        {"geometry": '<visual><geometry><mesh filename="package://nowhere/a.stl"/></geometry></visual>'},
+        "mesh 'package://nowhere/a.stl' is missing",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_defects_are_listed(tmp_path, name):
+    """Every defect has its line, and the command ends with exit code 1."""
+    changes, line = BAD[name]
+    path = write(tmp_path, three_fingers(**changes))
+    check = check_hand(path)
+    assert not check.usable and len(check.errors) == 1 and line in check.errors[0]
+    result = CliRunner().invoke(hand_group, ["check", str(path)])
+    assert result.exit_code == 1 and f"error: {check.errors[0]}" in result.output
+
+
+def test_two_defects_are_both_listed(tmp_path):
+    mesh = '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
+    check = check_hand(write(tmp_path, three_fingers(kind="prismatic", geometry=mesh)))
+    assert len(check.errors) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("<robot", "not valid XML"),
+        ("<sdf/>", "root element is <sdf>"),
+        ('<!DOCTYPE r [<!ENTITY a "b">]><robot name="x">&a;</robot>', "document type or entities"),
+    ],
+)
+def test_what_is_no_urdf_is_refused(tmp_path, text, reason):
+    path = write(tmp_path, text)
+    with pytest.raises(gp.FileFormatError, match=reason):
+        check_hand(path)
+    result = CliRunner().invoke(hand_group, ["check", str(path)])
+    assert result.exit_code == 1 and result.output.startswith("Error: ") and result.output.count("\n") == 1
+
+
+def test_an_arm_before_the_hand_is_noticed(tmp_path):
+    """Fingers that branch off behind a moving joint: the palm is not the root."""
+    arm = LINK.format("world", "") + JOINT.format("wrist", "revolute", "world", "base", "0 0 0", LIMIT)
+    check = check_hand(write(tmp_path, three_fingers(extra=arm)))
+    assert len(check.errors) == 1
+    assert check.errors[0].startswith("fingers branch off behind the moving joint 'wrist': cut the URDF at the palm")
+
+
+def test_command_writes_description_and_picture(tmp_path):
+    path = write(tmp_path, three_fingers())
+    toml, png = tmp_path / "out.toml", tmp_path / "out.png"
+    arguments = ["check", str(path), "--toml", str(toml), "--png", str(png)]
+    result = CliRunner().invoke(hand_group, arguments)
+    assert result.exit_code == 0, result.output
+    assert gp.load_hand(toml).n_joints == 6
+    assert png.read_bytes().startswith(b"\x89PNG")
+    again = CliRunner().invoke(hand_group, arguments)
+    assert again.exit_code == 1 and "--force" in again.output

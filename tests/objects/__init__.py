@@ -1,0 +1,1 @@
+"""Tests of objects, and of what they are grasped with."""

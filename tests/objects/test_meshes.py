@@ -1,0 +1,229 @@
+"""Meshes: the smooth signed distance against the exact one, its cache, and everything that is no solid."""
+
+from __future__ import annotations
+
+import struct
+import time
+import warnings
+
+import coal
+import numpy as np
+import pytest
+import trimesh
+
+import grasp_planner as gp
+from grasp_planner.objects import grid_cache, mesh_file
+from grasp_planner.objects.distance_grid import exact_distance
+
+from .helpers import central_differences, surface_points
+
+NAMES = ("torus", "mug", "bracket")
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def solid(request, mesh_texts):
+    return gp.parse_object(mesh_texts[request.param])
+
+
+def box(folder, name="box.stl", size=(0.05, 0.06, 0.07), change=None):
+    """Write a box, changed first."""
+    mesh = trimesh.creation.box(size)
+    if change is not None:
+        mesh = change(mesh) or mesh
+    path = folder / name
+    mesh.export(path)
+    return path
+
+
+def test_error_against_the_exact_distance(solid):
+    """On the surface and where fingertip centres are, φ is within 0.3 mm, and the stated error is honest."""
+    points = surface_points(solid, 3000, seed=5)
+    lifted = points + np.random.default_rng(5).uniform(0.0, 0.012, (3000, 1)) * solid.sample(points).gradient
+    for cloud in (points, lifted):
+        error = np.abs(solid.sample(cloud).distance - exact_distance(solid.mesh, cloud))
+        assert error.max() < 3e-4
+        assert np.median(error) < 2e-5
+    assert 0.0 < solid.distance_error < 3e-4
+    assert solid.grid_resolution <= 1e-3
+
+
+def test_derivatives_agree_with_finite_differences(solid):
+    """∇φ and ∇²φ belong to φ near the surface, far from it, and beyond the grid."""
+    rng = np.random.default_rng(2)
+    near = surface_points(solid, 12, seed=7)
+    points = np.vstack([near, near + rng.normal(0.0, 0.01, near.shape), rng.uniform(-0.6, 0.6, (12, 3))])
+    for point in points:
+        sample = solid.sample(point[None])
+        gradient = central_differences(lambda p: solid.sample(p[None]).distance[0], point, 1e-7)
+        hessian = central_differences(lambda p: solid.sample(p[None]).gradient[0], point, 1e-7)
+        np.testing.assert_allclose(sample.gradient[0], gradient, atol=1e-6)
+        np.testing.assert_allclose(sample.hessian[0], hessian, atol=1e-3 * (1.0 + abs(hessian).max()))
+
+
+def test_coal_geometry_is_the_mesh(solid):
+    """Coal's distance from small balls outside agrees with the exact one."""
+    points = np.random.default_rng(3).normal(0.0, 0.05, (30, 3))
+    points = points[exact_distance(solid.mesh, points) > 0.002]
+    for point, exact in zip(points, exact_distance(solid.mesh, points), strict=True):
+        placement = coal.Transform3s(np.eye(3), point)
+        request, result = coal.DistanceRequest(), coal.DistanceResult()
+        found = coal.distance(coal.Sphere(0.001), placement, solid.coal_geometry(), coal.Transform3s(), request, result)
+        assert found + 0.001 == pytest.approx(exact, abs=1e-5)
+
+
+def test_second_derivatives_are_continuous(solid):
+    """The Hessian has no jumps on a line of small steps across the cells: φ is C²."""
+    start, end = solid.half_extents * [-0.9, 0.3, 0.2], solid.half_extents * [1.1, 0.5, 0.4]
+    line = start + np.linspace(0.0, 1.0, 20001)[:, None] * (end - start)
+    hessian = solid.sample(line).hessian
+    steps = np.abs(np.diff(hessian, axis=0)).max(axis=(1, 2))
+    assert steps.max() < 0.02 * np.abs(hessian).max()
+
+
+def test_sign_and_far_field(solid):
+    """Deep inside φ < 0; beyond the grid it grows with the distance."""
+    far = 3.0 * np.eye(3)
+    np.testing.assert_allclose(solid.sample(far).distance, exact_distance(solid.mesh, far), rtol=0.1)
+    inside = surface_points(solid, 50) - 0.002 * solid.sample(surface_points(solid, 50)).gradient
+    assert (solid.sample(inside).distance < 0.0).mean() > 0.95
+
+
+def test_mass_properties(mesh_texts):
+    """O is at the centre of mass; mass or density decide the inertia."""
+    mug = gp.parse_object(mesh_texts["mug"])
+    np.testing.assert_allclose(mug.mesh.center_mass, 0.0, atol=1e-9)
+    assert mug.mass == pytest.approx(2000 * mug.mesh.volume)
+    torus = gp.parse_object(mesh_texts["torus"])
+    assert torus.mass == 0.15
+    expected = 0.15 * (0.035**2 + 0.75 * 0.014**2)
+    assert torus.inertia[2, 2] == pytest.approx(expected, rel=0.02)
+    assert np.linalg.eigvalsh(torus.inertia).min() > 0.0
+
+
+def test_text_form_is_read_back(solid):
+    again = gp.parse_object(solid.text)
+    assert again.text == solid.text
+    assert again.mass == pytest.approx(solid.mass)
+
+
+def test_evaluation_is_fast(solid):
+    """Five fingertips take well below a millisecond even on a busy machine (0.07 ms on a quiet one)."""
+    points = surface_points(solid, 5)
+    began = time.process_time()
+    for _ in range(200):
+        solid.sample(points)
+    assert (time.process_time() - began) / 200 < 5e-4
+
+
+def test_cache_is_used_and_not_trusted(tmp_path, monkeypatch):
+    """The second time nothing is built; a damaged file is built anew; the content decides, not the name."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    path = box(tmp_path, size=(0.02, 0.02, 0.02))
+    first = gp.MeshObject(path=str(path))
+    (stored,) = grid_cache.cache_folder().iterdir()
+    monkeypatch.setattr(grid_cache, "build_distance_grid", None)
+    copy = tmp_path / "other.stl"
+    copy.write_bytes(path.read_bytes())
+    points = surface_points(first, 5)
+    np.testing.assert_array_equal(gp.MeshObject(path=str(copy)).sample(points).distance, first.sample(points).distance)
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for damage in (b"", b"PK\x03\x04 not a zip", stored.read_bytes()[:2000]):
+        stored.write_bytes(damage)
+        assert gp.MeshObject(path=str(path)).distance_error == first.distance_error
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "dae"])
+def test_formats(tmp_path, suffix):
+    """Every format gives the same solid."""
+    path = box(tmp_path, f"box.{suffix}", (0.02, 0.03, 0.04))
+    solid = mesh_file.read_solid(path)
+    assert solid.mesh.volume == pytest.approx(0.02 * 0.03 * 0.04, rel=1e-5)
+    assert solid.repairs == ()
+
+
+def drop_faces(mesh):
+    mesh.update_faces(np.arange(len(mesh.faces)) > 1)
+
+
+def flip_one(mesh):
+    mesh.faces[0] = mesh.faces[0][::-1]
+
+
+def flatten(mesh):
+    mesh.vertices[:, 2] *= 1e-14
+
+
+def overlap(mesh):
+    return trimesh.util.concatenate([mesh, mesh.copy().apply_translation([0.02, 0.01, 0.01])])
+
+
+def invert(mesh):
+    mesh.invert()
+
+
+BAD = [
+    (drop_faces, "not watertight", "closed"),
+    (flip_one, "flipped normals", "turned flipped"),
+    (invert, "inside out", "inside out"),
+    (overlap, "intersects itself", "united"),
+]
+
+
+@pytest.mark.parametrize(("change", "reason", "said"), BAD, ids=[entry[0].__name__ for entry in BAD])
+def test_defects_are_named_and_repaired_on_demand(tmp_path, change, reason, said):
+    path = box(tmp_path, "bad.ply", change=change)
+    with pytest.raises(gp.FileFormatError, match=reason):
+        gp.MeshObject(path=str(path))
+    with pytest.warns(gp.MeshWarning, match=said):
+        mended = gp.MeshObject(path=str(path), repair=1, resolution=0.004)
+    assert mended.repairs and mended.mesh.is_watertight
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", gp.MeshWarning)
+        assert gp.parse_object(mended.text).repairs == mended.repairs
+
+
+def test_what_is_no_solid_is_refused(tmp_path, monkeypatch):
+    """Empty, flat, cut off, foreign, too large: one line each."""
+    cases = {
+        "empty.stl": (b"", "is not a valid STL mesh|no triangles"),
+        "header.stl": (b"\0" * 80 + struct.pack("<I", 4_000_000_000), "is not a valid STL mesh|no triangles"),
+        "text.obj": (b"hello\n", "no triangles|not a valid OBJ"),
+        "points.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles|not a valid OBJ"),
+        "nan.obj": (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "finite"),
+        "bomb.dae": (b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "document type or entities"),
+        "cut.glb": (b"glTF\x02\0\0\0", "not a valid GLB"),
+        "huge.ply": (
+            b"ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n",
+            "not a valid PLY|no triangles",
+        ),
+    }
+    for name, (data, reason) in cases.items():
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(gp.FileFormatError, match=reason):
+            mesh_file.read_solid(tmp_path / name)
+    with pytest.raises(gp.FileFormatError, match="encloses no volume"):
+        mesh_file.read_solid(box(tmp_path, "flat.ply", change=flatten))
+    with pytest.raises(gp.FileFormatError, match="no such file"):
+        mesh_file.read_solid(tmp_path / "folder.stl")
+    path = box(tmp_path)
+    monkeypatch.setattr(mesh_file, "MAX_FACES", 5)
+    with pytest.raises(gp.FileFormatError, match="12 triangles, more than the 5"):
+        mesh_file.read_solid(path)
+    monkeypatch.setattr(mesh_file, "MAX_MESH_BYTES", 50)
+    with pytest.raises(gp.FileFormatError, match="bytes, more than the 50"):
+        mesh_file.read_solid(path)
+
+
+def test_a_hollow_body_is_a_solid(tmp_path):
+    """A cavity is no self-intersection."""
+    hollow = trimesh.boolean.difference([trimesh.creation.box((0.05,) * 3), trimesh.creation.box((0.03,) * 3)])
+    hollow.export(tmp_path / "hollow.ply")
+    assert mesh_file.read_solid(tmp_path / "hollow.ply").repairs == ()
+
+
+@pytest.mark.parametrize(("factor", "guess"), [(1000.0, "millimetres, scale=0.001"), (0.001, "metres, scale=1000")])
+def test_wrong_units_are_guessed(tmp_path, factor, guess):
+    path = box(tmp_path, size=tuple(factor * np.array([0.05, 0.06, 0.08])))
+    with pytest.warns(gp.MeshWarning, match=guess):
+        gp.MeshObject(path=str(path), resolution=0.004 * factor)
