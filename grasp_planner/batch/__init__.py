@@ -12,3 +12,7 @@ from .runner import run_batch as run_batch
 from .spec import BatchSpec as BatchSpec
 from .spec import parse_spec as parse_spec
 from .spec import read_spec as read_spec
+from .results import find_rows as find_rows
+from .results import load_row as load_row
+from .results import load_rows as load_rows
+from .results import load_table as load_table

@@ -89,7 +89,9 @@ def journal_rows(folder: Path) -> Iterator[Row]:
 
 
 def _lines_of(journal: Path) -> Iterator[Row]:
-    """Yield the rows of one journal."""
+    """Yield the rows of one journal; none if it has become a Parquet file since it was listed."""
+    if not journal.exists():
+        return
     with journal.open("rb") as file:
         for line in file:
             try:
