@@ -92,7 +92,9 @@ def report_command(run: Path, output: Path | None, pictures: int) -> None:
 
 @click.command("export-rows")
 @click.argument("run", type=FOLDER)
-@click.option("--format", "form", type=click.Choice(["json", "csv", "dexgraspbench"]), default="json", show_default=True)
+@click.option(
+    "--format", "form", type=click.Choice(["json", "csv", "dexgraspbench"]), default="json", show_default=True
+)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the files.")
 @click.option("--rows", metavar="LIST", default="", help="Rows, such as 0,4,10-19.")
 @click.option("--where", metavar="CONDITION", default="", help="SQL over the columns; 'feasible' if left out.")

@@ -86,8 +86,9 @@ class CaseSlots(distributed.WorkerPlugin):
 
 def _run_case(plugin: str, row: int, case: dict[str, Any]) -> tuple[str, Any, str]:
     """Plan a case on a Dask worker."""
-    found: tuple[str, Any, str] = distributed.get_worker().plugins[plugin].run(row, case)
-    return found
+    slots = distributed.get_worker().plugins[plugin]
+    assert isinstance(slots, CaseSlots)
+    return slots.run(row, case)
 
 
 class DaskPool:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, overload
 
-from ..exceptions import GraspPlannerError
+from ..exceptions import GraspPlannerError, InvalidValueError, NameNotFoundError
 from ..hand import Hand, load_hand
 from ..objects import parse_object
 from .axes import axis_stream
@@ -86,14 +86,13 @@ class CaseTable(Sequence[GraspCase]):
         """Return the error of a case, pointing at the entry that gave the value."""
         number = self.block_of(row)
         block, here = self.spec.blocks[number], f"blocks[{number}]"
-        about = str(error).split(":")[0]
-        for key in sorted(values, key=len, reverse=True):
-            if key in about or (key.startswith(OBJECT_KEY) and key.removeprefix(OBJECT_KEY) in about.split(".")[-1:]):
-                parts = [("product", block.product), ("zip", block.zip), ("fixed", block.fixed)]
-                here = next((join(f"{here}.{name}", key) for name, part in parts if key in part), here)
-                here = join("defaults", key) if key in self.spec.defaults and here == f"blocks[{number}]" else here
-                return self.spec.error(here, values[key], f"{error} (case {row})")
-        return self.spec.error(here, values, f"{error} (case {row})")
+        key = _blamed(error, values)
+        if key is None:
+            return self.spec.error(here, values, f"{error} (case {row})")
+        parts = {f"{here}.product": block.product, f"{here}.zip": block.zip, f"{here}.fixed": block.fixed}
+        parts["defaults"] = self.spec.defaults
+        where = next((join(name, key) for name, part in parts.items() if key in part), here)
+        return self.spec.error(where, values[key], f"{error} (case {row})")
 
     def check(self) -> None:
         """Check that every case makes a problem; hands and synergies are looked at once each.
@@ -127,9 +126,21 @@ def cases_hash(cases: Sequence[GraspCase], planner: str) -> str:
     return digest.hexdigest()[:16]
 
 
+def _blamed(error: GraspPlannerError, values: dict[str, Any]) -> str | None:
+    """Return the key of a case that an error is about, if it can be told."""
+    about = error.field if isinstance(error, InvalidValueError) else str(error)
+    size = about.rpartition(".")[2].split()[0] if about.startswith("object") and "." in about else ""
+    named = error.name if isinstance(error, NameNotFoundError) else size
+    if f"{OBJECT_KEY}{named}" in values:
+        return f"{OBJECT_KEY}{named}"
+    if "object" in about:
+        return "object" if "object" in values else None
+    return next((key for key in sorted(values, key=len, reverse=True) if key in about), None)
+
+
 def _grid(spec: BatchSpec, number: int, block: Block) -> _Grid:
     """Expand the axes of a block."""
-    groups = []
+    groups: list[tuple[tuple[str, ...], tuple[tuple[Any, ...], ...]]] = []
     for key, values in block.product.items():
         where = join(f"blocks[{number}].product", key)
         found = axis_values(spec, where, values, axis_stream(spec.seed, number, key))

@@ -17,11 +17,11 @@ import pinocchio as pin
 
 from ..exceptions import InvalidValueError
 from ..grasp import Grasp
-from ..hand import Hand, load_hand
-from ..record import GraspRecord, grasp_from_record
+from ..hand import Hand
+from ..record import GraspRecord
 from ..spatial import Array
 from .errors import ResultsError
-from .results import load_rows
+from .results import load_grasps, load_rows
 
 Format = Literal["json", "csv", "dexgraspbench"]
 
@@ -80,23 +80,24 @@ def export_rows(
         raise InvalidValueError("format", form, "json, csv or dexgraspbench")
     target = Path(target)
     files: dict[Path, None] = {}
-    hands: dict[str, Hand] = {}
     try:
         target.mkdir(parents=True, exist_ok=True)
         for first in range(0, len(rows), BATCH_SIZE):
             some = rows[first : first + BATCH_SIZE]
+            if form == "dexgraspbench":
+                for row, grasp in zip(some, load_grasps(folder, some), strict=True):
+                    name = _file_name(grasp.problem.hand.name)
+                    path = target / name / _file_name(grasp.problem.grasp_object.text) / f"{row:06d}.npy"
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    write_dexgraspbench(grasp, path, all_joints=all_joints)
+                    files[path] = None
+                continue
             for row, record in zip(some, load_rows(folder, some), strict=True):
                 if form == "json":
                     path = write_grasp_json(record, target / f"row-{row:06d}.json")
-                elif form == "csv":
+                else:
                     path = target / f"{_file_name(record.hand)}.csv"
                     append_csv_row(path, row, record, new=path not in files)
-                else:
-                    path = target / _file_name(record.hand) / _file_name(record.object) / f"{row:06d}.npy"
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    if record.hand not in hands:
-                        hands[record.hand] = load_hand(record.hand)
-                    write_dexgraspbench(grasp_from_record(record, hands[record.hand]), path, all_joints=all_joints)
                 files[path] = None
     except OSError as error:
         raise ResultsError(target, f"can't be written: {error.strerror or error}") from None

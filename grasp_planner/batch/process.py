@@ -17,6 +17,7 @@ from .worker import READY
 
 START_LIMIT_S = 120.0
 """Time a worker may take to import everything [s]."""
+_PROGRAM = "import sys; from grasp_planner.batch.worker import main; main(sys.argv[1:])"
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 }
@@ -53,7 +54,7 @@ class WorkerProcess:
         self._planner, self._spec_hash = planner, spec_hash
         ours, theirs = socket.socketpair()
         path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)  # noqa: PTH109
-        command = [sys.executable, "-X", "faulthandler", "-m", "grasp_planner.batch.worker", str(theirs.fileno())]
+        command = [sys.executable, "-X", "faulthandler", "-c", _PROGRAM, str(theirs.fileno())]
         with theirs:
             self._process = subprocess.Popen(
                 command,

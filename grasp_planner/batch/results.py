@@ -9,7 +9,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ..exceptions import InvalidValueError
-from ..record import GraspRecord
+from ..grasp import Grasp
+from ..hand import Hand, load_hand
+from ..record import GraspRecord, grasp_from_record
 from .arrow import read_part, schema_of, table_of
 from .errors import BatchDependencyError
 from .rows import record_of
@@ -115,9 +117,38 @@ def load_rows(folder: str | Path, rows: Sequence[int]) -> list[GraspRecord]:
         ResultsError: If there is no run.
         InvalidValueError: If a row does not exist or has no grasp.
     """
-    folder = Path(folder)
+    return [record for _, record in _load(Path(folder), rows)]
+
+
+def load_grasps(folder: str | Path, rows: Sequence[int]) -> list[Grasp]:
+    """Return the grasps of some rows with hand, object and task, in their order.
+
+    Hands are loaded as the case named them, so hands given by a path work too (from the same working folder).
+
+    Args:
+        folder: Folder of the run.
+        rows: Numbers of the rows.
+
+    Returns:
+        Their grasps.
+
+    Raises:
+        ResultsError: If there is no run.
+        InvalidValueError: If a row does not exist or has no grasp.
+    """
+    hands: dict[str, Hand] = {}
+    grasps = []
+    for name, record in _load(Path(folder), rows):
+        if name not in hands:
+            hands[name] = load_hand(name)
+        grasps.append(grasp_from_record(record, hands[name]))
+    return grasps
+
+
+def _load(folder: Path, rows: Sequence[int]) -> list[tuple[str, GraspRecord]]:
+    """Return hand, as the case named it, and record of some rows."""
     wanted = pa.array(sorted(set(rows)), pa.int64())
-    names = ["row", "status", "message", "time_s", "record"]
+    names = ["row", "hand", "status", "message", "time_s", "record"]
     found = {values["row"]: values for values in journal_rows(folder) if values["row"] in set(rows)}
     for path in part_files(folder):
         # The numbers are read first, so that the long texts of other files stay on disk.
@@ -133,5 +164,5 @@ def load_rows(folder: str | Path, rows: Sequence[int]) -> list[GraspRecord]:
         record = record_of(found[row])
         if record is None:
             raise InvalidValueError("row", row, f"a row with a grasp; {found[row]['status']}: {found[row]['message']}")
-        records.append(record)
+        records.append((found[row]["hand"], record))
     return records

@@ -105,7 +105,7 @@ def parse_spec(data: Any, *, file: Path | None = None, lines: Lines | None = Non
     try:
         spec = BatchSpec.model_validate(data)
     except ValidationError as error:
-        first = error.errors()[0]
+        first = _most_telling(error)
         where = _where(first["loc"])
         value, allowed = first["input"], first["msg"][:1].lower() + first["msg"][1:]
         if first["type"] == "extra_forbidden":
@@ -230,15 +230,19 @@ def axis_values(spec: BatchSpec, where: str, values: Any, rng: np.random.Generat
     try:
         return kind.model_validate(values).values(rng)
     except ValidationError as error:
-        first = error.errors()[0]
-        allowed = first["msg"].removeprefix("Value error, ").lower()
+        first = _most_telling(error)
+        key, value, allowed = first["loc"][:1], first["input"], first["msg"].removeprefix("Value error, ")
         if first["type"] == "extra_forbidden":
-            allowed = one_of(str(first["loc"][-1]), tuple(f.alias or n for n, f in kind.model_fields.items()))
+            value, allowed = key[0], one_of(str(key[0]), tuple(f.alias or n for n, f in kind.model_fields.items()))
         elif first["type"] == "missing":
-            allowed = "a value (the key is required)"
-        value = first["loc"][-1] if first["type"] == "extra_forbidden" else first["input"]
-        inner = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in first["loc"][:2])
-        raise spec.error(where + (inner if first["type"] != "missing" else ""), value, allowed) from None
+            allowed = f"a value for {first['loc'][-1]!r}" if len(first["loc"]) == 1 else "[low, high]"
+            key = key if len(first["loc"]) > 1 else ()
+        raise spec.error(join(where, str(key[0])) if key else where, value, allowed[:1].lower() + allowed[1:]) from None
+
+
+def _most_telling(error: ValidationError) -> Any:
+    """Return the first entry of an error; unknown keys first, as a key is often missing because it is misspelt."""
+    return min(error.errors(), key=lambda entry: entry["type"] != "extra_forbidden")
 
 
 def _error(file: Path | None, lines: Lines, where: str, value: object, allowed: str) -> SpecError:
@@ -256,7 +260,8 @@ def _keys(model: type[BaseModel]) -> tuple[str, ...]:
 
 def _owner(loc: tuple[int | str, ...]) -> type[BaseModel]:
     """Return the part of the specification in which a key was refused."""
-    return {"blocks": Block, "overrides": Override}.get(str(loc[0]), BatchSpec) if len(loc) > 1 else BatchSpec
+    parts: dict[str, type[BaseModel]] = {"blocks": Block, "overrides": Override}
+    return parts.get(str(loc[0]), BatchSpec) if len(loc) > 1 else BatchSpec
 
 
 def _where(loc: tuple[int | str, ...]) -> str:

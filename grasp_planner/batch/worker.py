@@ -1,6 +1,6 @@
 """The worker: a process of its own that plans one case after another, as told through a pipe.
 
-Started as ``python -m grasp_planner.batch.worker FD``. It reads cases as JSON from the socket FD and answers each
+Started with the number FD of a socket, see :func:`main`. It reads cases as JSON from the socket FD and answers each
 with its row. Its standard input is never written: it ends when the parent does, however the parent ends, and
 with it the worker, even in the middle of a case.
 """
@@ -12,7 +12,6 @@ import json
 import os
 import platform
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -94,7 +93,11 @@ def find_planner(name: str) -> Callable[..., Grasp]:
 
 
 def main(arguments: list[str]) -> None:
-    """Serve cases until the parent closes the socket or ends."""
+    """Serve cases until the parent closes the socket or ends.
+
+    Args:
+        arguments: The number of the socket.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     connection = Connection(int(arguments[0]))
@@ -123,6 +126,3 @@ def _end_with_parent() -> None:
         pass
     os._exit(1)
 
-
-if __name__ == "__main__":
-    main(sys.argv[1:])
