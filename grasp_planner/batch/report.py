@@ -184,14 +184,14 @@ def _pictures(folder: Path, rows: Sequence[Row]) -> str:
 
 def _row_table(folder: Path, rows: Sequence[Row]) -> str:
     """Return the list of rows, each with the command that opens it."""
-    head = ["row", "status", "hand", "object", "task", "n_s", "seed", "F [N]", "angle [°]", "time [s]", "open it with"]
+    head = ["row", "open it with", "status", "F [N]", "angle [°]", "time [s]", "hand", "object", "task", "n_s", "seed"]
     lines = []
     for values in rows[:MAX_LISTED]:
-        shown = [values[key] for key in ("row", "status", "hand", "object", "task", "n_synergies", "seed")]
         figures = [values[key] for key in ("force_norm", "alignment_angle_deg", "time_s")]
-        cells = [html.escape(str(value)) for value in shown]
-        cells += ["–" if value is None else f"{value:.3g}" for value in figures]
-        lines.append([*cells, f"<code>{html.escape(view_command(folder, int(values['row'])))}</code>"])
+        cells = [str(values["row"]), f"<code>{html.escape(view_command(folder, int(values['row'])))}</code>"]
+        cells += [html.escape(str(values["status"])), *("–" if value is None else f"{value:.3g}" for value in figures)]
+        cells += [html.escape(str(values[key])) for key in ("hand", "object", "task", "n_synergies", "seed")]
+        lines.append(cells)
     more = "" if len(rows) <= MAX_LISTED else f"<p>Only the first {MAX_LISTED} of {len(rows)} rows are listed.</p>"
     search = '<p><input id="filter" placeholder="filter: words that all have to occur"></p>'
     return f'{search}{more}<div class="rows">{table(head, lines, cell=str)}</div>'

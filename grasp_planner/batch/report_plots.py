@@ -58,7 +58,7 @@ def boxes(values: Values, label: str, unit_label: str) -> str:
 
 
 def svg(figure: Figure) -> str:
-    """Return a figure as an SVG element, the same for the same figure."""
+    """Return a figure as an SVG element."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
