@@ -27,8 +27,10 @@ Format = Literal["json", "csv", "dexgraspbench"]
 
 PREGRASP_GAP = 0.01
 """Distance of every fingertip from the object at the pregrasp, if the first synergy can open that far [m]."""
-PREGRASP_STEPS = np.concatenate([sign * np.arange(1, 41) * 0.025 for sign in (1.0, -1.0)])
-"""Displacements along the first synergy that are tried [rad]."""
+PREGRASP_STEP = 0.025
+"""Step in which postures are tried [rad]."""
+PREGRASP_REACH = 1.0
+"""Farthest displacement along a synergy that is tried [rad]."""
 POSE_SIZE = 7
 """Numbers of a pose: position [m], then quaternion (w, x, y, z)."""
 BATCH_SIZE = 200
@@ -140,8 +142,10 @@ def append_csv_row(path: Path, row: int, record: GraspRecord, *, new: bool) -> N
 def pregrasp_angles(grasp: Grasp) -> Array:
     """Return a posture opened along the first synergy.
 
-    Of the displacements t along the first synergy, either way, up to 1 rad, the smallest is taken at which every
-    fingertip is :data:`PREGRASP_GAP` away from the object; if there is none, the one with the widest smallest gap.
+    Both ways along the first synergy are tried, up to :data:`PREGRASP_REACH`. The first posture is taken at which
+    every fingertip is :data:`PREGRASP_GAP` away from the object. Where the first synergy can't do that, because it
+    moves some fingers into the object, the combination of the grasp's synergies that opens all fingertips alike is
+    tried too; failing that as well, the posture with the widest smallest gap is taken, at worst the grasp itself.
     Joint limits are kept.
 
     Args:
@@ -150,14 +154,39 @@ def pregrasp_angles(grasp: Grasp) -> Array:
     Returns:
         q_pre [rad], of shape (n_q,).
     """
-    hand, direction = grasp.problem.hand, grasp.problem.synergies.basis[:, 0]
-    candidates = [
-        np.clip(grasp.joint_angles + t * direction, hand.lower, hand.upper)
-        for t in sorted(PREGRASP_STEPS, key=lambda t: (abs(t), t))
-    ]
-    gaps = [float(replace(grasp, joint_angles=q).contacts.gaps.min()) for q in candidates]
-    open_enough = next((q for q, gap in zip(candidates, gaps, strict=True) if gap >= PREGRASP_GAP), None)
-    return candidates[int(np.argmax(gaps))] if open_enough is None else open_enough
+    first = grasp.problem.synergies.basis[:, 0]
+    best, widest = grasp.joint_angles, _smallest_gap(grasp, grasp.joint_angles)
+    for directions in ((first, -first), (_opening_direction(grasp),)):
+        for step in np.arange(1, round(PREGRASP_REACH / PREGRASP_STEP) + 1) * PREGRASP_STEP:
+            for direction in directions:
+                angles = _moved(grasp, step * direction)
+                gap = _smallest_gap(grasp, angles)
+                if gap >= PREGRASP_GAP:
+                    return angles
+                if gap > widest:
+                    best, widest = angles, gap
+    return best
+
+
+def _opening_direction(grasp: Grasp) -> Array:
+    """Return the direction in joint space, along the synergies, in which all gaps grow most alike."""
+    basis, here = grasp.problem.synergies.basis, grasp.contacts.gaps
+    small = 1e-4  # rad
+    columns = [replace(grasp, joint_angles=grasp.joint_angles + small * s).contacts.gaps - here for s in basis.T]
+    rates = np.column_stack(columns) / small
+    direction = basis @ np.linalg.lstsq(rates, np.ones(len(here)), rcond=1e-2)[0]
+    return direction / max(float(np.abs(direction).max()), 1e-12)
+
+
+def _moved(grasp: Grasp, change: Array) -> Array:
+    """Return the posture after a change, within the joint limits [rad]."""
+    hand = grasp.problem.hand
+    return np.clip(grasp.joint_angles + change, hand.lower, hand.upper)
+
+
+def _smallest_gap(grasp: Grasp, angles: Array) -> float:
+    """Return the smallest distance of a fingertip from the object at a posture [m]."""
+    return float(replace(grasp, joint_angles=angles).contacts.gaps.min())
 
 
 def dexgraspbench_grasp(grasp: Grasp, *, all_joints: bool = False) -> DexGraspBenchGrasp:

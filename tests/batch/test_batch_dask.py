@@ -26,7 +26,9 @@ class Cluster:
         self.file = folder / "scheduler.json"
         self.log = (folder / "cluster.log").open("wb")
         self.processes = []
-        self.scheduler = self._start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show")
+        self.scheduler = self._start(
+            "dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show"
+        )
         self.workers = []
         until = time.monotonic() + 60.0
         while not self.file.exists():
@@ -35,6 +37,7 @@ class Cluster:
         self.address = json.loads(self.file.read_text())["address"]
 
     def add_worker(self, *options):
+        """Start a worker with one thread."""
         self.workers.append(self._start("dask_worker", "--nthreads", "1", "--no-dashboard", *options))
 
     def _start(self, module, *options):
@@ -44,11 +47,13 @@ class Cluster:
         return process
 
     def kill(self, process):
+        """Kill a process and its children at once."""
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
 
     def close(self):
+        """Kill everything."""
         for process in reversed(self.processes):
             self.kill(process)
         self.log.close()
@@ -114,5 +119,5 @@ def test_no_scheduler_at_the_address(tmp_path, cases, monkeypatch):
     from grasp_planner.batch import dask_pool
 
     monkeypatch.setattr(dask_pool, "CONNECT_LIMIT_S", 1.0)
-    with pytest.raises(SchedulerError, match="tcp://127.0.0.1:9"):
+    with pytest.raises(SchedulerError, match=r"tcp://127\.0\.0\.1:9"):
         run_batch(cases(1), tmp_path, scheduler="tcp://127.0.0.1:9")

@@ -15,7 +15,9 @@ from grasp_planner.batch.rows import RUN_COLUMNS, columns
 
 REAL = {
     "defaults": {"starts": 3, "enough": 1},
-    "blocks": [{"product": {"object.radius": [0.025, 0.035], "task": ["force:+x", "force:+y"], "n_synergies": [3, 15]}}],
+    "blocks": [
+        {"product": {"object.radius": [0.025, 0.035], "task": ["force:+x", "force:+y"], "n_synergies": [3, 15]}}
+    ],
 }
 
 
@@ -152,7 +154,11 @@ def test_runs_outside_the_main_thread(tmp_path, cases):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"workers": 0}, "workers: got 0"), ({"planner": "batch_hooks:none"}, "planner: got"), ({"planner": "x"}, "planner")],
+    [
+        ({"workers": 0}, "workers: got 0"),
+        ({"planner": "batch_hooks:none"}, "planner: got"),
+        ({"planner": "x"}, "planner"),
+    ],
 )
 def test_wrong_arguments(tmp_path, cases, options, message):
     with pytest.raises(GraspPlannerError, match=message):

@@ -58,7 +58,8 @@ def test_samples_are_seeded_and_independent_of_other_axes():
 
 
 @pytest.mark.parametrize(
-    "axis", [{"loguniform": [0.1, 1], "count": 9}, {"normal": [0.5, 0.01], "count": 9}, {"choice": [0.5, 1], "count": 9}]
+    "axis",
+    [{"loguniform": [0.1, 1], "count": 9}, {"normal": [0.5, 0.01], "count": 9}, {"choice": [0.5, 1], "count": 9}],
 )
 def test_every_kind_of_sample(axis):
     values = [c.settings["friction"] for c in expand({"blocks": [{"product": {"friction": axis}}]})]
@@ -78,7 +79,9 @@ def test_object_sizes_add_to_the_text_form():
 def test_overrides_apply_where_they_match():
     data = {
         "blocks": [{"product": {"object.radius": [0.02, 0.04], "n_synergies": [3, 5, 15]}}],
-        "overrides": [{"where": {"n_synergies": [5, 15], "object.radius": 0.04}, "set": {"time_limit_s": 300, "starts": 9}}],
+        "overrides": [
+            {"where": {"n_synergies": [5, 15], "object.radius": 0.04}, "set": {"time_limit_s": 300, "starts": 9}}
+        ],
     }
     limits = [(c.time_limit_s, c.settings.get("starts")) for c in expand(data)]
     assert limits == [(120, None)] * 4 + [(300, 9)] * 2
@@ -111,7 +114,12 @@ ERRORS = [
     ("blocks:\n  - product: {seed: {from: 1, too: 2}}", "blocks[0].product.seed.too", "'too'", "did you mean 'to'?"),
     ("blocks:\n  - product: {friction: {from: 0.5, to: 2}}", "blocks[0].product.friction", "", "a step or a count"),
     ("blocks:\n  - product: {seed: {from: 5, to: 1}}", "blocks[0].product.seed", "", "'to' not below 'from'"),
-    ("blocks:\n  - product: {friction: {uniform: [1], count: 3}}", "blocks[0].product.friction.uniform", "[1]|(1", "[low, high]"),
+    (
+        "blocks:\n  - product: {friction: {uniform: [1], count: 3}}",
+        "blocks[0].product.friction.uniform",
+        "[1]|(1",
+        "[low, high]",
+    ),
     ("blocks:\n  - product: {friction: {uniform: [1, 2], count: 0}}", "blocks[0].product.friction.count", "0", ""),
     ("blocks:\n  - zip: {seed: [1, 2], friction: [1]}", "blocks[0].zip", "{'seed': 2, 'friction': 1}", "equal length"),
     ("blocks:\n  - fixed: {seed: 1}\n    product: {seed: [1]}", "blocks[0].product.seed", "'seed'", "given once"),
@@ -147,13 +155,16 @@ def test_every_error_names_path_value_and_what_is_allowed(write_spec, text, wher
 
 
 def test_errors_give_the_line(write_spec):
-    path = write_spec("seed: 1\nblocks:\n  - fixed: {}\n  - product:\n      seed: [1]\n      friction: [1,\n        -2]\n")
+    path = write_spec(
+        "seed: 1\nblocks:\n  - fixed: {}\n  - product:\n      seed: [1]\n      friction: [1,\n        -2]\n"
+    )
     with pytest.raises(SpecError, match=r"blocks\[1\].product.friction\[1\] \(line 7\)"):
         read_spec(path)
 
 
 @pytest.mark.parametrize(
-    ("data", "reason"), [(b"a: [1", "line 1"), (b"\xff\xfe\x00", "UTF-8|not valid"), (b"a: !!python/name:os.system x", "constructor")]
+    ("data", "reason"),
+    [(b"a: [1", "line 1"), (b"\xff\xfe\x00", "UTF-8|not valid"), (b"a: !!python/name:os.system x", "constructor")],
 )
 def test_files_that_are_no_yaml(tmp_path, data, reason):
     path = tmp_path / "spec.yaml"

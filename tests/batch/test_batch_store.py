@@ -106,9 +106,10 @@ def test_full_disk_is_one_error_and_earlier_rows_stay(tmp_path, monkeypatch):
         os.write(handle, data)
 
     monkeypatch.setattr(store_module, "_write_all", full)
-    with pytest.raises(ResultsError, match="No space left on device; 1 rows are intact"), ResultStore(
-        tmp_path, INFO
-    ) as store:
+    with (
+        pytest.raises(ResultsError, match="No space left on device; 1 rows are intact"),
+        ResultStore(tmp_path, INFO) as store,
+    ):
         store.append([row(0)])
         store.append([row(1)])
     assert rows_of(tmp_path) == [0]
