@@ -167,4 +167,7 @@ class DaskPool:
             return Outcome(job, kind, values, detail)
         if future.status in ("cancelled", "lost"):
             raise SchedulerError(f"the Dask scheduler at {self.address} dropped case {job.row}; run again to go on")
-        return Outcome(job, "died", detail=str(future.exception(timeout=10.0)).splitlines()[0])
+        error = future.exception(timeout=10.0)
+        if isinstance(error, distributed.KilledWorker):
+            return Outcome(job, "died", detail=str(error).splitlines()[0])
+        raise SchedulerError(f"the Dask workers can't run cases (is grasp_planner installed there?): {error}")

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.compute as pc
+from pydantic import ValidationError
 
 from ..exceptions import InvalidValueError
 from ..grasp import Grasp
 from ..hand import Hand, load_hand
 from ..record import GraspRecord, grasp_from_record
 from .arrow import read_part, schema_of, table_of
-from .errors import BatchDependencyError
+from .errors import BatchDependencyError, ResultsError
 from .rows import record_of
 from .store import journal_rows, part_files, read_run_info
 
@@ -161,7 +162,10 @@ def _load(folder: Path, rows: Sequence[int]) -> list[tuple[str, GraspRecord]]:
     for row in rows:
         if row not in found:
             raise InvalidValueError("row", row, f"a planned row of {folder}, from 0 to {info.cases - 1}")
-        record = record_of(found[row])
+        try:
+            record = record_of(found[row])
+        except ValidationError as error:
+            raise ResultsError(folder, f"row {row} was written by another version: {error.errors()[0]['loc']}") from None
         if record is None:
             raise InvalidValueError("row", row, f"a row with a grasp; {found[row]['status']}: {found[row]['message']}")
         records.append((found[row]["hand"], record))

@@ -158,7 +158,7 @@ class ResultStore:
         Raises:
             ResultsError: If they can't be written, for instance because the disk is full; earlier rows are intact.
         """
-        new = [values for values in rows if not self.done[values["row"]]]
+        new = list({values["row"]: values for values in rows if not self.done[values["row"]]}.values())
         if not new:
             return
         data = b"".join(json.dumps(values, separators=(",", ":")).encode() + b"\n" for values in new)
