@@ -165,7 +165,8 @@ def _load(folder: Path, rows: Sequence[int]) -> list[tuple[str, GraspRecord]]:
         try:
             record = record_of(found[row])
         except ValidationError as error:
-            raise ResultsError(folder, f"row {row} was written by another version: {error.errors()[0]['loc']}") from None
+            where = ".".join(map(str, error.errors()[0]["loc"]))
+            raise ResultsError(folder, f"row {row} was written by another version (key {where!r})") from None
         if record is None:
             raise InvalidValueError("row", row, f"a row with a grasp; {found[row]['status']}: {found[row]['message']}")
         records.append((found[row]["hand"], record))
