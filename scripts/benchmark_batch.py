@@ -53,7 +53,10 @@ def plain_runs(cases: CaseTable, rows: range) -> None:
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     processes = []
     for share in range(WORKERS):
-        process = subprocess.Popen([sys.executable, "-c", PLAIN], stdin=subprocess.PIPE, env=environment)
+        # Sessions of their own, as the workers have: some kernels share the processor out by session.
+        process = subprocess.Popen(
+            [sys.executable, "-c", PLAIN], stdin=subprocess.PIPE, env=environment, start_new_session=True
+        )
         assert process.stdin is not None
         lines = "".join(cases[row].model_dump_json() + "\n" for row in rows[share::WORKERS])
         process.stdin.write(lines.encode())
