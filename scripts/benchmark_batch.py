@@ -127,7 +127,10 @@ def measure(count: int, blocks: int, folder: Path, output: Path) -> dict[str, ob
         totals.plain_s += time.perf_counter() - began
         totals.plain_cpu_s += children_cpu_s() - cpu
         began, cpu = time.perf_counter(), children_cpu_s() + time.process_time()
-        run_batch(cases[:count], folder, workers=WORKERS, on_progress=totals.note, cancel=_reached(totals, end))
+        reached = _reached(totals, end)
+        run_batch(cases[:count], folder, workers=WORKERS, on_progress=totals.note, cancel=reached)
+        if not reached():
+            raise SystemExit("stopped")
         totals.batch_s += time.perf_counter() - began
         totals.batch_cpu_s += children_cpu_s() + time.process_time() - cpu
         found = totals.report(count, folder)
