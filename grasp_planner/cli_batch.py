@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -75,7 +76,10 @@ def batch_command(
     )
     if summary.interrupted:
         click.echo("stopped; run the same command again to go on", err=True)
-        sys.exit(INTERRUPTED)
+        # Everything is on disk and every worker has ended; taking the interpreter apart would only take time.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)
 
 
 @click.command("report")

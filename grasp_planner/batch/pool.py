@@ -112,6 +112,8 @@ class LocalPool:
     def close(self) -> None:
         """Kill all workers."""
         for worker in self._workers:
+            worker.signal_kill()
+        for worker in self._workers:
             worker.kill()
         self._workers = []
 

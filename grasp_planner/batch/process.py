@@ -121,6 +121,10 @@ class WorkerProcess:
         row: dict[str, Any] = json.loads(message)
         return row
 
+    def signal_kill(self) -> None:
+        """Send the signal that ends it, without waiting for the end."""
+        self._process.kill()
+
     def kill(self, grace_s: float = 0.0) -> str:
         """End it and return how it ended, in words.
 

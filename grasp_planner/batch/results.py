@@ -148,9 +148,10 @@ def load_grasps(folder: str | Path, rows: Sequence[int]) -> list[Grasp]:
 
 def _load(folder: Path, rows: Sequence[int]) -> list[tuple[str, GraspRecord]]:
     """Return hand, as the case named it, and record of some rows."""
-    wanted = pa.array(sorted(set(rows)), pa.int64())
+    numbers = set(rows)
+    wanted = pa.array(sorted(numbers), pa.int64())
     names = ["row", "hand", "status", "message", "time_s", "record"]
-    found = {values["row"]: values for values in journal_rows(folder) if values["row"] in set(rows)}
+    found = {values["row"]: values for values in journal_rows(folder) if values["row"] in numbers}
     for path in part_files(folder):
         # The numbers are read first, so that the long texts of other files stay on disk.
         if pc.any(pc.is_in(read_part(path, ["row"])["row"], value_set=wanted)).as_py():

@@ -25,6 +25,7 @@ def invoke(command, *arguments):
     return CliRunner().invoke(command, [str(argument) for argument in arguments])
 
 
+@pytest.mark.slow
 def test_batch_report_and_export_end_to_end(run, write_spec, tmp_path):
     folder = tmp_path / "runs" / "name"
     done = run("batch", write_spec(SPEC), "--out", folder, "--workers", 2)
@@ -85,6 +86,7 @@ def test_unwritable_output_is_one_error(run, write_spec, tmp_path):
         assert "can't be written" in failed.stderr and str(place) in failed.stderr
 
 
+@pytest.mark.slow
 def test_full_disk_is_one_error_and_earlier_rows_stay(run, write_spec, tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()

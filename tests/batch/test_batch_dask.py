@@ -91,7 +91,7 @@ def test_same_rows_as_on_this_machine_with_one_worker_killed(cluster, tmp_path, 
     assert table["row"].to_pylist() == list(range(60))
     assert set(table["status"].to_pylist()) == {"infeasible"}
 
-    limited = [GraspCase(seed=seed, time_limit_s=1.0) for seed in range(5)]
+    limited = [GraspCase(seed=seed, time_limit_s=3.0) for seed in range(5)]
     run_batch(limited, tmp_path / "hang", scheduler=cluster.address, planner="batch_hooks:hangs")
     run_batch(cases(5), tmp_path / "die", scheduler=cluster.address, planner="batch_hooks:dies")
     for name, status in (("hang", "timeout"), ("die", "crashed")):

@@ -84,6 +84,7 @@ def test_sigkill_of_workers_and_parent_until_complete(command, write_spec, tmp_p
     wait_until(lambda: gone(orphans), 10.0)
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_within_two_seconds_and_a_rerun_goes_on(command, write_spec, run, tmp_path):
     folder, spec = tmp_path / "run", write_spec(SPEC)
     process = start(command, spec, folder, "--planner", "batch_hooks:slow")

@@ -94,13 +94,13 @@ def test_a_second_run_repeats_nothing(real_run):
 
 
 def test_a_hanging_case_is_stopped_at_its_limit(tmp_path, cases):
-    some = [GraspCase(seed=case.seed, time_limit_s=1.0) for case in cases(6)]
+    some = [GraspCase(seed=case.seed, time_limit_s=3.0) for case in cases(6)]
     began = time.monotonic()
     summary = run_batch(some, tmp_path, workers=2, planner="batch_hooks:hangs")
-    assert time.monotonic() - began < 25.0
+    assert time.monotonic() - began < 40.0
     table = load_table(tmp_path).to_pylist()
     assert summary.done == 6 and [values["status"] == "timeout" for values in table] == [seed == 3 for seed in range(6)]
-    assert "limit of 1 s" in table[3]["message"]
+    assert "limit of 3 s" in table[3]["message"]
     with pytest.raises(ValueError, match="timeout: stopped at its limit"):
         load_row(tmp_path, 3)
     assert not psutil.Process().children(recursive=True)
