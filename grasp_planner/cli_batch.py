@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 import click
 
@@ -26,13 +26,23 @@ INTERRUPTED = 130
 FOLDER = click.Path(path_type=Path, file_okay=False)
 
 
+class _OneLine(click.ClickException):
+    """An error of this package, shown as one line."""
+
+    exit_code = 2
+
+    def show(self, file: IO[Any] | None = None) -> None:
+        """Print it on standard error."""
+        click.echo(f"grasp-planner: error: {' '.join(self.message.split())}", err=True)
+
+
 @contextmanager
 def _plain_errors() -> Iterator[None]:
     """Turn errors of this package into one line."""
     try:
         yield
     except GraspPlannerError as error:
-        raise click.ClickException(str(error)) from None
+        raise _OneLine(str(error)) from None
 
 
 @click.command("batch")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, Field, fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, field_validator
 from pydantic import Field as ModelField
 
-from ..exceptions import NameNotFoundError
+from ..exceptions import InvalidValueError, NameNotFoundError
 from ..hand import Hand
 from ..objects import parse_object
 from ..planner import PlannerOptions
@@ -34,7 +34,15 @@ OPTION_FIELDS = _named(PlannerOptions, ("time_limit_s",))
 """Settings of the planner; its own time limit is left out, because rows would depend on the machine's speed."""
 PROBLEM_FIELDS = _named(GraspProblem, _OWN_PROBLEM_FIELDS)
 """Settings of the problem itself, such as the synergy set."""
-SETTINGS = (*PARAMETER_FIELDS, *OPTION_FIELDS, *PROBLEM_FIELDS)
+GROUPS: dict[str, Any] = {
+    name: field.default_factory()
+    for name, field in PROBLEM_FIELDS.items()
+    if field.default_factory is not MISSING and is_dataclass(field.default_factory())
+}
+"""Fields of the problem that are groups of options themselves, with their defaults; ``true`` asks for the group's own
+defaults, and ``<group>.<option>`` sets one of them."""
+GROUP_SETTINGS = tuple(f"{name}.{field.name}" for name, group in GROUPS.items() for field in fields(group))
+SETTINGS = (*PARAMETER_FIELDS, *OPTION_FIELDS, *PROBLEM_FIELDS, *GROUP_SETTINGS)
 """Everything a case may set besides hand, object, task, n_synergies, seed and time_limit_s."""
 
 
@@ -103,6 +111,26 @@ class GraspCase(BaseModel):
         """
         return PlannerOptions(**self._chosen(OPTION_FIELDS))
 
+    def problem_settings(self) -> dict[str, Any]:
+        """Return the settings of the problem itself, groups of options put together.
+
+        Raises:
+            GraspPlannerError: If one is out of range.
+        """
+        chosen = {name: value for name, value in self._chosen(PROBLEM_FIELDS).items() if name not in GROUPS}
+        for name in GROUPS:
+            own = {key.partition(".")[2]: self.settings[key] for key in self.settings if key.startswith(f"{name}.")}
+            if own or name in self.settings:
+                chosen[name] = replace(self._group(name), **own)
+        return chosen
+
+    def _group(self, name: str) -> Any:
+        """Return the options that a group starts from."""
+        asked = self.settings.get(name, False)
+        if not isinstance(asked, bool):
+            raise InvalidValueError(name, asked, f"true or false; single options are {', '.join(GROUP_SETTINGS)}")
+        return type(GROUPS[name])() if asked else GROUPS[name]
+
     def problem(self, hand: Hand) -> GraspProblem:
         """Return the problem.
 
@@ -118,20 +146,24 @@ class GraspCase(BaseModel):
             tasks=tuple(parse_task(task) for task in self.task),
             n_synergies=self.n_synergies,
             parameters=self.parameters(),
-            **self._chosen(PROBLEM_FIELDS),
+            **self.problem_settings(),
         )
 
     def scalar_settings(self) -> dict[str, float | int | bool | str]:
         """Return every scalar setting with its value or default, for the flat columns of the results."""
         known = {**PARAMETER_FIELDS, **OPTION_FIELDS}
-        return {name: self.settings.get(name, known[name].default) for name in scalar_setting_types()}
+        values = {name: self.settings.get(name, field.default) for name, field in known.items()}
+        for name, group in GROUPS.items():
+            base = type(group)() if self.settings.get(name) is True else group
+            for field in fields(group):
+                values[f"{name}_{field.name}"] = self.settings.get(f"{name}.{field.name}", getattr(base, field.name))
+        return {name: values[name] for name in scalar_setting_types()}
 
 
 def scalar_setting_types() -> dict[str, type]:
-    """Return the type of every parameter and option whose default is a number, truth value or text."""
+    """Return the type of every setting whose default is a number, truth value or text, by the name of its column."""
     known = {**PARAMETER_FIELDS, **OPTION_FIELDS}
-    return {
-        name: type(field.default)
-        for name, field in known.items()
-        if field.default is not MISSING and isinstance(field.default, bool | int | float | str)
-    }
+    defaults = {name: field.default for name, field in known.items() if field.default is not MISSING}
+    for name, group in GROUPS.items():
+        defaults.update({f"{name}_{field.name}": getattr(group, field.name) for field in fields(group)})
+    return {name: type(value) for name, value in defaults.items() if isinstance(value, bool | int | float | str)}

@@ -152,7 +152,7 @@ def check_value(spec: BatchSpec, where: str, key: str, value: Any) -> None:
                 parse_task(task)
         else:
             case = GraspCase(settings={key: value})
-            case.parameters(), case.options()
+            case.parameters(), case.options(), case.problem_settings()
     except ValidationError as error:
         raise spec.error(where, value, error.errors()[0]["msg"].lower()) from None
     except InvalidValueError as error:

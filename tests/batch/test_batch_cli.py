@@ -51,11 +51,11 @@ def test_dry_run_shows_the_first_cases_and_writes_nothing(write_spec, tmp_path):
 
 def test_errors_are_one_line(write_spec, tmp_path):
     wrong = invoke(batch_command, write_spec("blocks: [{fixed: {sed: 1}}]"), "--dry-run")
-    assert wrong.exit_code == 1 and wrong.output.count("\n") == 1 and "blocks[0].fixed.sed (line 1)" in wrong.output
+    assert wrong.exit_code == 2 and wrong.output.count("\n") == 1 and "blocks[0].fixed.sed (line 1)" in wrong.output
     assert "Missing option '--out'" in invoke(batch_command, write_spec(QUICK)).output
     for command in (report_command, export_command):
         missing = invoke(command, tmp_path, *(["--out", tmp_path / "o"] if command is export_command else []))
-        assert missing.exit_code == 1 and "no run here" in missing.output
+        assert missing.exit_code == 2 and "no run here" in missing.output
 
 
 @pytest.mark.parametrize(("text", "rows"), [("3", [3]), ("0,4,10-12", [0, 4, 10, 11, 12]), (" 1 , 2-2", [1, 2])])
@@ -82,7 +82,7 @@ def test_unwritable_output_is_one_error(run, write_spec, tmp_path):
     (tmp_path / "file").touch()
     for place in (tmp_path / "file" / "run", "/proc/nowhere"):
         failed = run("batch", write_spec(QUICK), "--out", place)
-        assert failed.returncode == 1 and failed.stderr.count("\n") == 1
+        assert failed.returncode == 2 and failed.stderr.count("\n") == 1
         assert "can't be written" in failed.stderr and str(place) in failed.stderr
 
 
@@ -96,7 +96,7 @@ def test_full_disk_is_one_error_and_earlier_rows_stay(run, write_spec, tmp_path)
     try:
         options = ("--out", disk / "run", "--planner", "batch_hooks:quick")
         failed = run("batch", write_spec(QUICK), *options)
-        assert failed.returncode == 1 and failed.stderr.count("\n") == 1, failed.stderr
+        assert failed.returncode == 2 and failed.stderr.count("\n") == 1, failed.stderr
         assert "No space left on device" in failed.stderr and "Traceback" not in failed.stderr
         rows = load_table(disk / "run")["row"].to_pylist()
         assert 5 < len(rows) < 400 and len(set(rows)) == len(rows)
@@ -113,7 +113,7 @@ def test_file_size_limit_is_one_error_and_earlier_rows_stay(command, write_spec,
     words = command("batch", spec, "--out", folder, "--planner", "batch_hooks:quick")
     limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000)); " + words[2]
     failed = subprocess.run([words[0], "-c", limited, *words[3:]], capture_output=True, text=True, check=False)
-    assert failed.returncode == 1 and "File too large" in failed.stderr and failed.stderr.count("\n") == 1
+    assert failed.returncode == 2 and "File too large" in failed.stderr and failed.stderr.count("\n") == 1
     rows = load_table(folder)["row"].to_pylist()
     assert 5 < len(rows) < 400 and len(set(rows)) == len(rows)
 
