@@ -1,0 +1,173 @@
+"""The workers of an existing Dask scheduler; each runs its cases in a worker process of its own.
+
+The process is the same as on one machine (:class:`~.process.WorkerProcess`), so a case that hangs or crashes is
+stopped at its limit there and never takes the Dask worker with it. A Dask worker that is lost has its cases
+given to another one by Dask itself.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+import uuid
+from collections.abc import Sequence
+from typing import Any
+
+from .case import GraspCase
+from .errors import BatchDependencyError, SchedulerError
+from .pool import LocalPool, Outcome
+from .process import START_LIMIT_S, Job
+
+try:
+    import distributed
+except ImportError:
+    raise BatchDependencyError("distributed") from None
+
+CONNECT_LIMIT_S = 15.0
+"""Time for the scheduler to answer [s]."""
+CASES_PER_THREAD = 2
+"""Cases sent ahead for every thread of the cluster, so that none waits for the network."""
+REFRESH_S = 2.0
+"""How often the number of threads is looked up [s]."""
+
+
+class CaseSlots(distributed.WorkerPlugin):
+    """Keeps the worker processes of one Dask worker, one for each of its threads.
+
+    Args:
+        planner: What plans, as ``module:function``.
+        spec_hash: Hash of all cases of the run.
+    """
+
+    def __init__(self, planner: str, spec_hash: str) -> None:
+        self.planner, self.spec_hash = planner, spec_hash
+        self.name = f"grasp-planner-{spec_hash}"
+
+    def setup(self, worker: Any) -> None:
+        """Prepare, when the Dask worker gets the plugin."""
+        self._idle: list[LocalPool] = []
+        self._lock = threading.Lock()
+
+    def teardown(self, worker: Any) -> None:
+        """Kill the processes, when the Dask worker or the run ends."""
+        with self._lock:
+            for pool in self._idle:
+                pool.close()
+            self._idle.clear()
+
+    def run(self, row: int, case: dict[str, Any]) -> tuple[str, Any, str]:
+        """Plan one case in a process of its own.
+
+        Args:
+            row: Number of the case.
+            case: The case, as plain values.
+
+        Returns:
+            Kind, row and detail of its :class:`~.pool.Outcome`.
+        """
+        with self._lock:
+            pool = self._idle.pop() if self._idle else None
+        pool = pool or LocalPool(1, self.planner, self.spec_hash)
+        try:
+            deadline = time.monotonic() + START_LIMIT_S
+            while not pool.free_slots() and time.monotonic() < deadline:
+                pool.wait(1.0)
+            pool.submit(Job(row, GraspCase.model_validate(case)))
+            while not (outcomes := pool.wait(1.0)):
+                pass
+        except BaseException:
+            pool.close()
+            raise
+        with self._lock:
+            self._idle.append(pool)
+        return outcomes[0].kind, outcomes[0].values, outcomes[0].detail
+
+
+def _run_case(plugin: str, row: int, case: dict[str, Any]) -> tuple[str, Any, str]:
+    """Plan a case on a Dask worker."""
+    slots = distributed.get_worker().plugins[plugin]
+    assert isinstance(slots, CaseSlots)
+    return slots.run(row, case)
+
+
+class DaskPool:
+    """The workers of an existing Dask scheduler.
+
+    Args:
+        address: Address of the scheduler, such as ``tcp://127.0.0.1:8786``.
+        planner: What plans, as ``module:function``; importable on every worker.
+        spec_hash: Hash of all cases of the run.
+
+    Raises:
+        SchedulerError: If it does not answer.
+    """
+
+    def __init__(self, address: str, planner: str, spec_hash: str) -> None:
+        self.address = address
+        try:
+            self._client = distributed.Client(address, timeout=CONNECT_LIMIT_S, set_as_default=False)
+            self._plugin = CaseSlots(planner, spec_hash)
+            self._client.register_plugin(self._plugin)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise SchedulerError(f"no Dask scheduler answers at {address}: {error}") from None
+        self._ended: queue.SimpleQueue[tuple[Job, distributed.Future]] = queue.SimpleQueue()
+        self._flying: dict[tuple[int, int], distributed.Future] = {}
+        self._threads, self._looked = 0, 0.0
+
+    def free_slots(self) -> int:
+        """Return how many more cases it takes now; none while there are no workers."""
+        if time.monotonic() - self._looked > REFRESH_S:
+            self._threads, self._looked = sum(self._client.nthreads().values()), time.monotonic()
+        return max(0, CASES_PER_THREAD * self._threads - len(self._flying))
+
+    def submit(self, job: Job) -> None:
+        """Send a case."""
+        future = self._client.submit(
+            _run_case,
+            self._plugin.name,
+            job.row,
+            job.case.model_dump(mode="json"),
+            key=f"grasp-{self._plugin.spec_hash}-{job.row}-{job.attempt}-{uuid.uuid4().hex[:8]}",
+            pure=False,
+        )
+        self._flying[job.row, job.attempt] = future
+        future.add_done_callback(lambda done: self._ended.put((job, done)))
+
+    def wait(self, timeout: float) -> Sequence[Outcome]:
+        """Return what has ended, after at most a time [s].
+
+        Raises:
+            SchedulerError: If the scheduler is lost.
+        """
+        outcomes: list[Outcome] = []
+        try:
+            outcomes.append(self._outcome(*self._ended.get(timeout=timeout)))
+            while True:
+                outcomes.append(self._outcome(*self._ended.get_nowait()))
+        except queue.Empty:
+            pass
+        if not outcomes and self._client.status not in ("running", "connecting"):
+            raise SchedulerError(f"the Dask scheduler at {self.address} was lost; run again to go on")
+        return outcomes
+
+    def close(self) -> None:
+        """Cancel what is flying and end the worker processes."""
+        if self._client.status == "running":
+            self._client.cancel(list(self._flying.values()), force=True)
+            self._client.unregister_worker_plugin(self._plugin.name)
+        self._flying.clear()
+        self._client.close(timeout=1.0)
+
+    def _outcome(self, job: Job, future: distributed.Future) -> Outcome:
+        """Return the outcome of a case."""
+        self._flying.pop((job.row, job.attempt), None)
+        if future.status == "finished":
+            kind, values, detail = future.result(timeout=10.0)
+            return Outcome(job, kind, values, detail)
+        if future.status in ("cancelled", "lost"):
+            raise SchedulerError(f"the Dask scheduler at {self.address} dropped case {job.row}; run again to go on")
+        error = future.exception(timeout=10.0)
+        if isinstance(error, distributed.KilledWorker):
+            return Outcome(job, "died", detail=str(error).splitlines()[0])
+        raise SchedulerError(f"the Dask workers can't run cases (is grasp_planner installed there?): {error}")

@@ -1,0 +1,207 @@
+"""One row for one case: its columns, and how they are filled from a grasp or from what went wrong."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from ..grasp import Grasp
+from ..record import GraspRecord, grasp_record
+from .case import GraspCase, scalar_setting_types
+
+Row = dict[str, Any]
+"""Values by column; plain numbers, texts and lists, None where there is none."""
+
+RUN_COLUMNS = ("time_s", "time_cpu_s", "time_total_s", "started_utc", "worker", "attempts", "versions")
+"""Columns that depend on the machine or the moment; all others depend on the case alone."""
+
+_SETTING_TYPE = {bool: "bool", int: "int64", float: "double", str: "string"}
+
+
+def columns() -> dict[str, str]:
+    """Return the type of every column, by name, in order; what they mean is in ``docs/batch.md``."""
+    return {
+        "row": "int64",
+        "case_id": "string",
+        "spec_hash": "string",
+        "status": "string",
+        "reason": "string",
+        "message": "string",
+        "feasible": "bool",
+        "hand": "string",
+        "object": "string",
+        "object_kind": "string",
+        "task": "string",
+        "n_synergies": "int64",
+        "seed": "int64",
+        "time_limit_s": "double",
+        **{name: _SETTING_TYPE[kind] for name, kind in scalar_setting_types().items()},
+        "settings": "string",
+        **_METRICS,
+        **_GRASP,
+        "time_s": "double",
+        "time_cpu_s": "double",
+        "time_total_s": "double",
+        "started_utc": "string",
+        "worker": "string",
+        "attempts": "int64",
+        "version": "string",
+        "versions": "string",
+        "record": "string",
+    }
+
+
+_METRICS = {
+    "objective": "double",
+    "force_norm": "double",
+    "force_norm_floor": "double",
+    "task_index": "double",
+    "transmission_ratios": "list<double>",
+    "alignment_angle_deg": "double",
+    "alignment_degenerate": "bool",
+    "force_closed": "bool",
+    "force_closure_margin": "double",
+    "iterations": "int64",
+    "phase_one_iterations": "int64",
+    "evaluations": "int64",
+    "starts_tried": "int64",
+    "starts_feasible": "int64",
+    "worst_violation": "string",
+    "worst_violation_value": "double",
+    "violations": "list<struct<name: string, value: double>>",
+}
+_GRASP = {
+    "joint_names": "list<string>",
+    "joint_angles": "list<double>",
+    "reference_joint_angles": "list<double>",
+    "joint_torques": "list<double>",
+    "sigma": "list<double>",
+    "delta_sigma": "list<double>",
+    "palm_position": "list<double>",
+    "palm_quaternion_xyzw": "list<double>",
+    "contact_names": "list<string>",
+    "contact_points": "list<list<double>>",
+    "contact_normals": "list<list<double>>",
+    "contact_gaps": "list<double>",
+    "contact_forces": "list<list<double>>",
+    "normal_forces": "list<double>",
+    "friction_margins": "list<double>",
+}
+_CONTACT_KEYS = {
+    "contact_names": "name",
+    "contact_points": "point",
+    "contact_normals": "normal",
+    "contact_gaps": "gap",
+    "contact_forces": "force",
+    "normal_forces": "normal_force",
+    "friction_margins": "friction_margin",
+}
+
+
+def case_row(row: int, case: GraspCase, spec_hash: str) -> Row:
+    """Return the row of a case before it is planned; every other column is None.
+
+    Args:
+        row: Number of the case.
+        case: The case.
+        spec_hash: Hash of all cases of the run.
+    """
+    values: Row = dict.fromkeys(columns())
+    values.update(
+        row=row,
+        case_id=case.case_id,
+        spec_hash=spec_hash,
+        feasible=False,
+        hand=case.hand,
+        object=case.object,
+        object_kind=case.object.partition(":")[0],
+        task=" + ".join(case.task),
+        n_synergies=case.n_synergies,
+        seed=case.seed,
+        time_limit_s=case.time_limit_s,
+        settings=json.dumps(case.settings, sort_keys=True),
+        version=_versions()["grasp_planner"],
+        versions=json.dumps(_versions()),
+    )
+    types = scalar_setting_types()
+    for name, value in case.scalar_settings().items():
+        wanted = types[name]
+        values[name] = wanted(value) if isinstance(value, bool | int | float | str) else None
+    return values
+
+
+def add_grasp(values: Row, grasp: Grasp) -> None:
+    """Fill a row from a planned grasp.
+
+    Args:
+        values: The row, changed in place.
+        grasp: The grasp.
+    """
+    record = grasp_record(grasp)
+    values["time_s"] = record.time_s
+    # The time is kept in its column only, so that equal grasps have equal records.
+    values["record"] = record.model_copy(update={"time_s": 0.0}).model_dump_json()
+    plain = json.loads(values["record"])
+    for name in (*_METRICS, *_GRASP):
+        if name in plain and name not in ("violations", "task"):
+            values[name] = plain[name]
+    failures = grasp.failures()
+    worst = next(iter(failures), None)
+    violations = grasp.violations
+    largest = worst or max(violations, key=lambda name: violations[name])
+    values.update(
+        status=record.status,
+        feasible=record.feasible,
+        message=record.message,
+        reason=None if record.feasible else worst or "not force-closed",
+        worst_violation=largest,
+        worst_violation_value=_finite(violations[largest]),
+        violations=[{"name": name, "value": _finite(value)} for name, value in violations.items()],
+        palm_position=plain["palm_pose"]["position"],
+        palm_quaternion_xyzw=plain["palm_pose"]["quaternion_xyzw"],
+    )
+    for column, key in _CONTACT_KEYS.items():
+        values[column] = [contact[key] for contact in plain["contacts"]]
+
+
+def add_failure(values: Row, status: str, reason: str, message: str) -> None:
+    """Fill a row of a case that gave no grasp.
+
+    Args:
+        values: The row, changed in place.
+        status: ``error``, ``timeout`` or ``crashed``.
+        reason: A short name to count by.
+        message: One line that says what happened.
+    """
+    values.update(status=status, reason=reason, message=message, feasible=False)
+
+
+def record_of(values: Row) -> GraspRecord | None:
+    """Return the grasp record of a row, with its time; None if there is no grasp."""
+    if values.get("record") is None:
+        return None
+    record = GraspRecord.model_validate_json(values["record"])
+    return record.model_copy(update={"time_s": values["time_s"] or 0.0})
+
+
+def _finite(value: float) -> float | None:
+    """Return a finite number, or None."""
+    return float(value) if math.isfinite(value) else None
+
+
+@functools.cache
+def _versions() -> dict[str, str]:
+    """Return the versions of what a result depends on."""
+    from .. import __version__
+
+    found = {"grasp_planner": __version__, "python": platform.python_version()}
+    for package in ("pin", "coal", "numpy", "scipy", "clarabel"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "?"
+    return found
