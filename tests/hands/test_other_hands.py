@@ -14,6 +14,8 @@ import grasp_planner as gp
 
 ROOT = Path(__file__).parents[2]
 QUICK = gp.PlannerOptions(starts=25, enough=1)
+# These tests are about contacts and forces alone: where links have to keep clear too, that is left out.
+PLAIN = {"clearance": gp.ClearanceOptions.off()} if hasattr(gp, "ClearanceOptions") else {}
 OBJECTS = (
     "sphere:radius=0.035",
     "cylinder:radius=0.03",
@@ -81,7 +83,7 @@ def test_allegro_synergies(allegro):
 @pytest.mark.parametrize("n_synergies", [16, 5])
 @pytest.mark.parametrize("text", OBJECTS)
 def test_allegro_plans(allegro, text, n_synergies):
-    problem = gp.GraspProblem(hand=allegro, grasp_object=gp.parse_object(text), n_synergies=n_synergies)
+    problem = gp.GraspProblem(hand=allegro, grasp_object=gp.parse_object(text), n_synergies=n_synergies, **PLAIN)
     grasp = gp.plan_grasp(problem, seed=1, options=QUICK)
     assert grasp.feasible, grasp.verdict
 
@@ -124,7 +126,7 @@ def test_compliance_of_the_hand_is_the_default(tendon):
 @pytest.mark.parametrize("text", ["sphere:radius=0.035,mass=0.1", "cylinder:radius=0.03,mass=0.1"])
 def test_tendon_plans(tendon, text, seed):
     """Four motors hold an object with three fingertips, by a reference they can give: tendons only pull."""
-    problem = gp.GraspProblem(hand=tendon, grasp_object=gp.parse_object(text), n_synergies=4)
+    problem = gp.GraspProblem(hand=tendon, grasp_object=gp.parse_object(text), n_synergies=4, **PLAIN)
     grasp = gp.plan_grasp(problem, seed=seed, options=QUICK)
     assert grasp.feasible, grasp.verdict
     bent = problem.synergies.mean + problem.synergies.basis @ grasp.sigma
