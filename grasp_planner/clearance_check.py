@@ -127,7 +127,7 @@ def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, norma
     for frame, normal in zip(problem.frames, normals, strict=True):
         if frame.joint_id in hand.model.parents.tolist()[1:]:
             continue  # an inner link
-        axis = data.oMf[frame.frame_id].translation - data.oMi[frame.joint_id].translation
+        axis = data.oMf[frame.frame_id].act(np.array(frame.offset)) - data.oMi[frame.joint_id].translation
         length = float(np.linalg.norm(axis))
         if length > 1e-6:
             worst = max(worst, -float(normal @ (turn @ axis)) / length)

@@ -114,7 +114,7 @@ def contact_shapes(hand: Hand, shapes: Iterable[LinkShape], frames: Iterable[Con
     """Return the names of the solids that carry a contact patch, which is meant to touch the object."""
     touching = set()
     for frame in frames:
-        centre = np.array(hand.model.frames[frame.frame_id].placement.translation)
+        centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
         touching |= {s.name for s in shapes if s.joint == frame.joint_id and s.meets(centre, frame.radius)}
     return frozenset(touching)
 
@@ -133,7 +133,7 @@ def tip_axes(hand: Hand, frames: Iterable[ContactFrame]) -> tuple[tuple[int, int
     inner = set(hand.model.parents.tolist()[1:])
     axes = []
     for index, frame in enumerate(frames):
-        centre = np.array(hand.model.frames[frame.frame_id].placement.translation)
+        centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
         length = float(np.linalg.norm(centre))
         if frame.joint_id not in inner and length > 1e-6:
             axes.append((index, frame.joint_id, centre / length))
