@@ -141,13 +141,14 @@ class Hand:
         """Return the contact frames of one set.
 
         Args:
-            set_name: Name of the set; the first one if left out.
+            set_name: Name of the set, the first one if left out; ``name:contact,contact`` takes only some of its
+                contacts.
 
         Returns:
             The frames, in the order of the description.
 
         Raises:
-            NameNotFoundError: If there is no such set.
+            NameNotFoundError: If there is no such set or contact.
             InvalidValueError: If the hand has no contact frames at all.
         """
         sets = self.description.contact_sets
@@ -155,11 +156,16 @@ class Hand:
             raise InvalidValueError(
                 f"contact_sets of hand {self.name}", {}, "at least one set with at least one contact frame"
             )
-        name = set_name if set_name is not None else next(iter(sets))
+        name, some, listed = (set_name if set_name is not None else next(iter(sets))).partition(":")
         if name not in sets:
             raise NameNotFoundError("contact set", name, sets)
+        wanted = {label.strip() for label in listed.split(",")} if some else set(sets[name])
+        for label in sorted(wanted - set(sets[name])):
+            raise NameNotFoundError(f"contact of set {name}", label, sets[name])
         return tuple(
-            _contact_frame(self.model, label, entry.frame, entry.radius) for label, entry in sets[name].items()
+            _contact_frame(self.model, label, entry.frame, entry.radius)
+            for label, entry in sets[name].items()
+            if label in wanted
         )
 
     def synergies(self, set_name: str | None = None) -> SynergySpace:

@@ -1,0 +1,39 @@
+"""The grasp the page opens with: planned anew, from a start known to lead to a good one."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+
+import numpy as np
+import pinocchio as pin
+
+from ..grasp import Grasp
+from ..hand import load_hand
+from ..objects import Cylinder
+from ..planner import PlannerOptions, plan_grasp
+from ..problem import GraspProblem
+from ..starts import GraspStart
+
+TIME_LIMIT_S = 8.0
+"""How long the page may take to open in the worst case [s]."""
+
+
+def first_grasp() -> Grasp:
+    """Return a good grasp of the paper's cylinder with three synergies, for a force along y."""
+    problem = GraspProblem(load_hand(), Cylinder(), n_synergies=3)
+    options = PlannerOptions(enough=1, time_limit_s=TIME_LIMIT_S)
+    return plan_grasp(problem, options=options, start=_known_start(problem))
+
+
+def _known_start(problem: GraspProblem) -> GraspStart | None:
+    """Return the start that comes with the package, if it is one for this problem."""
+    text = resources.files(__package__).joinpath("first_start.json").read_text(encoding="utf-8")
+    known = json.loads(text)
+    if tuple(known["joint_names"]) != problem.hand.joint_names:
+        return None
+    x, y, z, w = known["quaternion_xyzw"]
+    rotation = pin.Quaternion(w, x, y, z).normalized().matrix()
+    return GraspStart(
+        np.array(known["joint_angles"]), pin.SE3(rotation, np.array(known["position"])), np.array(known["delta_sigma"])
+    )
