@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import html
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-import viser
 
 from ..exceptions import GraspPlannerError
 from ..grasp import Grasp, IterationRecord
@@ -29,6 +30,7 @@ from .planning import Outcome, PlanEvents, PlanningProcess, PlanRequest
 from .presets import paper_presets
 from .server import LocalServer
 from .session import Preview, Session
+from .widgets import set_value
 from .worker import Worker
 
 
@@ -92,15 +94,15 @@ class GraspViewer:
         gui.main_panel.dock_right()
         self.verdict = gui.add_html("")
         tabs = gui.add_tab_group()
-        with tabs.add_tab("Grasp", viser.Icon.HAND_GRAB):
+        with tabs.add_tab("Grasp"):
             self.grasp_panel = GraspPanel.add(gui)
-        with tabs.add_tab("Synergies", viser.Icon.ADJUSTMENTS):
+        with tabs.add_tab("Synergies"):
             self.synergies = SynergyPanel(gui, lambda: self._later(self._apply_sigma, "sigma"))
-        with tabs.add_tab("Plan", viser.Icon.ROUTE):
+        with tabs.add_tab("Plan"):
             self.plan = PlanPanel(gui, self._problem_changed)
-        with tabs.add_tab("View", viser.Icon.EYE):
+        with tabs.add_tab("View"):
             self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"))
-        with tabs.add_tab("Share", viser.Icon.DOWNLOAD):
+        with tabs.add_tab("Share"):
             self.share = SharePanel(self.server, self.session, self._later)
 
     def _connect(self) -> None:
@@ -141,7 +143,11 @@ class GraspViewer:
         )
         for label, key, action in commands:
             command = self.server.gui.add_command(label, hotkey=key)
-            command.on_trigger(lambda _, action=action: self._later(action))
+            command.on_trigger(partial(self._on_command, action))
+
+    def _on_command(self, action: Callable[[], None], event: Any) -> None:
+        """Do what a command of the palette says."""
+        self._later(action)
 
     def _later(self, action: Callable[[], None], key: str | None = None) -> None:
         """Have the worker do something, unless the worker itself has moved the widget."""
@@ -190,8 +196,6 @@ class GraspViewer:
 
     def _apply_count(self) -> None:
         """Change the number of synergies."""
-        from dataclasses import replace
-
         self.session.set_problem(replace(self.session.problem, n_synergies=int(self.synergies.count.value)))
 
     def _apply_squeeze(self) -> None:
@@ -223,7 +227,7 @@ class GraspViewer:
         direction = np.array(self.session.live.object_pose.actInv(point))
         length = float(np.linalg.norm(direction))
         if length > 1e-6:
-            self.plan.direction.value = tuple(float(round(value, 3)) for value in direction / length)
+            set_value(self.plan.direction, tuple(float(round(value, 3)) for value in direction / length))
             self._apply_problem()
 
     def _select(self, what: tuple[str, int | str]) -> None:
@@ -314,7 +318,7 @@ class GraspViewer:
         """Show the newest iteration of the search."""
         last, session = records[-1], self.session
         self.plan.add_progress(records)
-        self.plan.bar.value = 100.0 * min(1.0, last.start / request.starts)
+        set_value(self.plan.bar, 100.0 * min(1.0, last.start / request.starts))
         message = f"start {last.start + 1}, phase {last.phase}, iteration {last.iteration}"
         self.plan.status.content = message
         problem = request.problem
@@ -342,7 +346,7 @@ class GraspViewer:
 
     def _browse(self) -> None:
         """Show the best, previous or next result."""
-        choice = self.plan.browse.value
+        choice = str(self.plan.browse.value)
         if choice == "best":
             self.session.show_result(0, self._plan_object_pose)
         else:

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ..contacts import find_contacts, fingertip_positions
 from ..grasp import Grasp
 from ..spatial import Array
+
+Mask = npt.NDArray[np.bool_]
 
 OPENING = 0.035
 """How far the fingertips move away from the object before they close [m]."""
@@ -101,7 +104,7 @@ def approach(grasp: Grasp, steps: int = 45) -> Array:
     return path
 
 
-def _moves(grasp: Grasp) -> Array:
+def _moves(grasp: Grasp) -> Mask:
     """Return which joints move which contact, of shape (n_c, n_q)."""
     hand = grasp.problem.hand
     rows = []
@@ -118,7 +121,7 @@ def _gaps(grasp: Grasp, q: Array) -> Array:
     return find_contacts(centres, problem.radii, problem.grasp_object).gaps
 
 
-def _advance(grasp: Grasp, q: Array, following: Array, stopped: Array, moves: Array) -> tuple[Array, Array]:
+def _advance(grasp: Grasp, q: Array, following: Array, stopped: Mask, moves: Mask) -> tuple[Array, Mask]:
     """Move on, but each finger only to where it touches; return the posture and which fingers have stopped."""
     stopped, following = stopped.copy(), following.copy()
     for contact in np.flatnonzero(~stopped & (_gaps(grasp, following) <= 0.0)):

@@ -122,7 +122,7 @@ class GraspDrawing:
             np.array(ball.faces),
             turned,
             still,
-            batched_colors=np.tile(np.uint8(look.CONTACT), (n_c, 1)),
+            batched_colors=np.tile(look.CONTACT, (n_c, 1)).astype(np.uint8),
             cast_shadow=False,
         )
         vertices, faces = cone_mesh(self.problem.parameters.friction, look.CONE_LENGTH)
@@ -132,7 +132,7 @@ class GraspDrawing:
             faces,
             turned,
             still,
-            batched_colors=np.tile(np.uint8(look.CONE_GOOD), (n_c, 1)),
+            batched_colors=np.tile(look.CONE_GOOD, (n_c, 1)).astype(np.uint8),
             opacity=0.4,
             side="double",
             cast_shadow=False,
@@ -152,7 +152,7 @@ class GraspDrawing:
             return self._scene.add_arrows(
                 f"{ROOT}/{name}",
                 none,
-                np.uint8(colour),
+                colour,
                 shaft_radius=thickness,
                 head_radius=2.4 * thickness,
                 head_length=5.0 * thickness,

@@ -1,9 +1,10 @@
-"""The grasp the page opens with: planned anew, from a start known to lead to a good one."""
+"""The grasp the page opens with: a known one if it is still feasible, else planned from there."""
 
 from __future__ import annotations
 
 import json
 from importlib import resources
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -20,16 +21,19 @@ TIME_LIMIT_S = 8.0
 
 
 def first_grasp() -> Grasp:
-    """Return a good grasp of the paper's cylinder with three synergies, for a force along y."""
-    problem = GraspProblem(load_hand(), Cylinder(), n_synergies=3)
-    options = PlannerOptions(enough=1, time_limit_s=TIME_LIMIT_S)
-    return plan_grasp(problem, options=options, start=_known_start(problem))
+    """Return a good grasp of the paper's cylinder with few synergies, for a force along y."""
+    known = json.loads(resources.files(__package__).joinpath("first_start.json").read_text(encoding="utf-8"))
+    problem = GraspProblem(load_hand(), Cylinder(), n_synergies=known["n_synergies"], contact_set=known["contact_set"])
+    start = _known_start(problem, known)
+    if start is not None:
+        grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+        if grasp.feasible:
+            return grasp
+    return plan_grasp(problem, options=PlannerOptions(enough=1, time_limit_s=TIME_LIMIT_S), start=start)
 
 
-def _known_start(problem: GraspProblem) -> GraspStart | None:
-    """Return the start that comes with the package, if it is one for this problem."""
-    text = resources.files(__package__).joinpath("first_start.json").read_text(encoding="utf-8")
-    known = json.loads(text)
+def _known_start(problem: GraspProblem, known: dict[str, Any]) -> GraspStart | None:
+    """Return the start that comes with the package, if it is one for this hand."""
     if tuple(known["joint_names"]) != problem.hand.joint_names:
         return None
     x, y, z, w = known["quaternion_xyzw"]

@@ -20,6 +20,7 @@ from ..problem import GraspProblem
 from ..task import TaskDirection, parse_task
 from .presets import paper_presets
 from .session import Session
+from .widgets import set_value
 
 AXES = ("+x", "−x", "+y", "−y", "+z", "−z")
 POINTS = 400
@@ -145,8 +146,9 @@ class PlanPanel:
 
     def _choose_axis(self) -> None:
         """Take a direction from its button."""
-        sign, axis = self.axis.value
-        self.direction.value = tuple((-1.0 if sign == "−" else 1.0) * (axis == name) for name in "xyz")
+        chosen = str(self.axis.value)
+        sign = -1.0 if chosen.startswith("−") else 1.0
+        set_value(self.direction, tuple(sign * (chosen[1:] == name) for name in "xyz"))
 
     def _add_hand(self) -> None:
         """Add the widgets of hand, synergy set and contacts."""
@@ -177,9 +179,7 @@ class PlanPanel:
     def _parameter_changes(self) -> dict[str, Any]:
         """Return the parameters that were changed on the page."""
         changed = {
-            name: widget.value
-            for name, widget in self._parameters.items()
-            if not self._unchanged(name, widget.value)
+            name: widget.value for name, widget in self._parameters.items() if not self._unchanged(name, widget.value)
         }
         if "weight_ratio" in changed:
             changed |= {"force_weight": 10.0 ** changed.pop("weight_ratio"), "task_weight": 1.0}
@@ -258,7 +258,7 @@ class PlanPanel:
                 box.on_update(lambda _: self._changed("problem"))
         wanted = {name.strip() for name in chosen.split(",")} if chosen else set(names)
         for name, box in self._fingers.items():
-            box.value = name in wanted
+            set_value(box, name in wanted)
         self._synced["contacts"] = self._chosen_contacts()
 
     def _chosen_contacts(self) -> str:
@@ -270,7 +270,7 @@ class PlanPanel:
 
     def _set(self, name: str, widget: Any, value: Any) -> None:
         """Show a value and remember that it is the problem's own."""
-        widget.value = value
+        set_value(widget, value)
         self._synced[name] = widget.value
 
     def _unchanged(self, name: str, value: Any) -> bool:
@@ -290,7 +290,7 @@ def usable_synergy_sets(hand: Hand) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _range(name: str) -> dict[str, float]:
+def _range(name: str) -> dict[str, Any]:
     """Return range and step of a size, by its name."""
     if name == "mass":
         return {"min": 0.001, "max": 20.0, "step": 0.01}
@@ -312,7 +312,6 @@ def _result_table(session: Session) -> str:
     for index, grasp in enumerate(session.results[:8]):
         mark = "**▶**" if index == session.shown else str(index + 1)
         angle = grasp.alignments[0][0]
-        rows.append(
-            f"| {mark} | {'✔' if grasp.feasible else '✘'} | {grasp.force_norm:.2f} | {grasp.task_index:.2g} | {angle:.1f} |"
-        )
+        verdict = "✔" if grasp.feasible else "✘"
+        rows.append(f"| {mark} | {verdict} | {grasp.force_norm:.2f} | {grasp.task_index:.2g} | {angle:.1f} |")
     return "\n".join(rows)

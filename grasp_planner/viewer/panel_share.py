@@ -31,9 +31,7 @@ class SharePanel:
         self._server, self._session, self._later = server, session, later
         self.last_error = ""
         gui = server.gui
-        self.upload = gui.add_upload_button(
-            "Open a grasp (JSON)", icon=viser.Icon.UPLOAD, mime_type="application/json"
-        )
+        self.upload = gui.add_upload_button("Open a grasp (JSON)", icon=viser.Icon.UPLOAD, mime_type="application/json")
         self.json = gui.add_button("Save the grasp (JSON)", icon=viser.Icon.DOWNLOAD)
         self.html = gui.add_button("Save as a web page (HTML)", icon=viser.Icon.WORLD, hint="One file, opens offline")
         self.png = gui.add_button("Save a picture (PNG)", icon=viser.Icon.CAMERA)

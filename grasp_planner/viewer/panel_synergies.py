@@ -10,6 +10,7 @@ import viser
 from ..problem import GraspProblem
 from ..spatial import Array
 from .session import Session
+from .widgets import set_value
 
 REACH = 2.0
 """Range of the synergy sliders to both sides [rad]."""
@@ -56,10 +57,10 @@ class SynergyPanel:
         self._fit(problem)
         for slider, value in zip(self.sliders, live.sigma, strict=True):
             # A value the slider can't show is left to the numbers below it.
-            slider.value = float(np.clip(value, -REACH, REACH))
-        if self.count.value != problem.n_synergies:
-            self.count.value = problem.n_synergies
-        self.automatic.value, self.squeeze.value = session.automatic_squeeze, session.squeeze
+            set_value(slider, float(np.clip(value, -REACH, REACH)))
+        set_value(self.count, problem.n_synergies)
+        set_value(self.automatic, session.automatic_squeeze)
+        set_value(self.squeeze, session.squeeze)
 
     def _fit(self, problem: GraspProblem) -> None:
         """Have one slider for every synergy."""

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 import viser
 
 from ..grasp import Grasp
 from ..problem import GraspProblem
 from ..spatial import Array
 from . import look
+from .camera import FIELD_OF_VIEW, good_view
 from .draw_grasp import DisplayOptions, GraspDrawing
 from .draw_hand import HandDrawing, place
 from .panel_grasp import link_clearances
 from .session import Session
 
-FIELD_OF_VIEW = 0.75
-"""Vertical field of view of the camera [rad]."""
 GHOSTS = {"reference": look.REFERENCE_GHOST, "seed": look.SEED_GHOST, "pinned": look.PINNED_GHOST}
 
 
@@ -79,16 +78,11 @@ class Picture:
             self._bind_clicks()
 
     def aim(self, grasp: Grasp) -> None:
-        """Point the start camera at a grasp: from the side, a little above, hand and object both in view."""
-        position, target = camera(grasp)
+        """Point the start camera at a grasp: where most of its contacts are seen."""
+        position, target = good_view(grasp)
         initial = self._server.initial_camera
         initial.position, initial.look_at = tuple(position), tuple(target)
         initial.fov = FIELD_OF_VIEW
-
-    def remove_selection(self) -> None:
-        """Forget colours of a selection."""
-        if self._hand is not None:
-            self._hand.paint({})
 
     def _set_stage(self) -> None:
         """Set light, ground and axes."""
@@ -105,8 +99,10 @@ class Picture:
             1.2,
             cell_size=0.05,
             section_size=0.1,
-            cell_color=(225, 228, 234),
-            section_color=(200, 205, 214),
+            cell_color=(236, 238, 242),
+            section_color=(222, 226, 232),
+            cell_thickness=0.5,
+            section_thickness=0.8,
             position=(0.0, 0.0, -0.16),
             shadow_opacity=0.0,
         )
@@ -142,8 +138,12 @@ class Picture:
         dots.on_click(lambda event: self.clicked(("contact", int(event.instance_index or 0))))
         for name, mesh in self._hand.meshes.items():
             link = self._hand.links[name]
-            mesh.on_click(lambda _, link=link: self.clicked(("link", link)))
+            mesh.on_click(partial(self._click_link, link))
         ball.on_drag("left")(lambda event: self.task_dragged(np.array(event.end_position)))
+
+    def _click_link(self, link: str, event: Any) -> None:
+        """React to a click on a link."""
+        self.clicked(("link", link))
 
     def _paint(self, session: Session, options: DisplayOptions) -> None:
         """Colour links that penetrate, and the one selected."""
@@ -158,11 +158,11 @@ class Picture:
 
     def _draw_ghosts(self, session: Session, options: DisplayOptions) -> None:
         """Show the ghosts that are asked for, where there is something to show."""
-        grasp = session.grasp
+        grasp, pinned = session.grasp, session.pinned
         shown: dict[str, tuple[Grasp, Array] | None] = {
             "reference": (grasp, grasp.reference_joint_angles) if options.reference_ghost else None,
             "seed": (session.seed, session.seed.joint_angles) if options.seed_ghost and session.seed else None,
-            "pinned": (session.pinned, session.pinned.joint_angles) if options.pinned_ghost and session.pinned else None,
+            "pinned": (pinned, pinned.joint_angles) if options.pinned_ghost and pinned else None,
         }
         for name, entry in shown.items():
             if entry is None or entry[0].problem.hand.name != grasp.problem.hand.name:
@@ -170,30 +170,6 @@ class Picture:
                     self._ghosts[name].visible = False
                 continue
             if name not in self._ghosts:
-                self._ghosts[name] = HandDrawing(
-                    self._scene, f"/ghost_{name}", grasp.problem.hand, ghost=GHOSTS[name]
-                )
+                self._ghosts[name] = HandDrawing(self._scene, f"/ghost_{name}", grasp.problem.hand, ghost=GHOSTS[name])
             self._ghosts[name].move(entry[1], session.live.object_pose * entry[0].palm_pose)
             self._ghosts[name].visible = True
-
-
-def camera(grasp: Grasp) -> tuple[Array, Array]:
-    """Return position and target of a good view on a grasp [m], in O.
-
-    The camera stands beside the line from palm to object, on the side of the first contact (the thumb of a
-    hand), so that neither the palm nor the other fingers hide the contacts.
-    """
-    palm = np.array(grasp.palm_pose.translation)
-    centre = 0.35 * palm
-    along = palm / max(float(np.linalg.norm(palm)), 1e-9)
-    side = np.cross([0.0, 0.0, 1.0], along)
-    if np.linalg.norm(side) < 0.2:
-        side = np.array([1.0, 0.0, 0.0])
-    side /= np.linalg.norm(side)
-    if side @ grasp.contacts.points[0] < 0.0:
-        side = -side
-    direction = side - 0.35 * along + np.array([0.0, 0.0, 0.55])
-    extent = 0.30 + 0.5 * float(np.linalg.norm(grasp.problem.grasp_object.half_extents))
-    return centre + 1.35 * extent * direction / np.linalg.norm(direction), centre
-
-

@@ -47,6 +47,8 @@ class Session:
 
     def __init__(self, grasp: Grasp, note: str = "") -> None:
         self.version = 0
+        self.dirty = self._moved = False
+        self.preview: Preview | None = None
         self.automatic_squeeze = True
         self.results: list[Grasp] = []
         self.shown: int | None = None
@@ -148,7 +150,7 @@ class Session:
         """Note that the page is behind, and whether the grasp has to be evaluated anew."""
         self._moved = moved
         self.dirty = True
-        self.preview: Preview | None = None
+        self.preview = None
         if moved:
             self.shown = None
             self.note = note

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import trimesh
 
 from ..spatial import Array
 from ..task import Ellipsoid
+
+Mask = npt.NDArray[np.bool_]
 
 HALF_LENGTH = 0.06
 """Half length at which the longest axis of an ellipsoid is drawn, or where it is cut [m]."""
@@ -72,7 +75,7 @@ def cone_mesh(friction: float, length: float) -> tuple[Array, Array]:
     return vertices, np.array(cone.faces)[:, ::-1]
 
 
-def _radial_grid(lengths: Array, cut: Array) -> tuple[Array, Array]:
+def _radial_grid(lengths: Array, cut: Mask) -> tuple[Array, Array]:
     """Return a grid on the surface with lengths relative to the picture, without what lies beyond it."""
     # The pole of the grid lies on the axis that keeps the cut edge a ring: the long one of one, else the short one.
     pole = 0 if cut.sum() <= 1 else 2
@@ -99,7 +102,7 @@ def _radial_grid(lengths: Array, cut: Array) -> tuple[Array, Array]:
     return vertices, np.array(faces)
 
 
-def _polar_angles(lengths: Array, cut: Array, pole: int, others: list[int]) -> Array:
+def _polar_angles(lengths: Array, cut: Mask, pole: int, others: list[int]) -> Array:
     """Return the polar angles of the rings that lie inside the picture."""
     if not cut.any():
         return np.linspace(0.0, np.pi, RINGS)
@@ -114,7 +117,7 @@ def _polar_angles(lengths: Array, cut: Array, pole: int, others: list[int]) -> A
     return np.concatenate([np.linspace(0.0, edge, RINGS // 2), np.linspace(np.pi - edge, np.pi, RINGS // 2)])
 
 
-def _note(lengths: Array, cut: Array) -> str:
+def _note(lengths: Array, cut: Mask) -> str:
     """Return what an ellipsoid with these lengths and cut axes is, in words."""
     if not cut.any():
         return "a closed ellipsoid"

@@ -37,6 +37,13 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:.{digits}g}".replace("-", "−")
 
 
+def degrees(value: float) -> str:
+    """Return an angle for people."""
+    if math.isnan(value):
+        return "–"
+    return "0°" if abs(value) < 0.005 else f"{number(value, 2 if abs(value) < 10.0 else 3)}°"
+
+
 def quantity(name: str, value: float) -> str:
     """Return a violation with its unit, by the end of its name."""
     for ending, (unit, factor) in UNITS.items():
@@ -106,7 +113,7 @@ def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
         ("F", f"{number(grasp.force_norm)} N", "size of all normal forces"),
         ("floor", f"{number(grasp.force_norm_floor)} N", "least F any hand could do with at these contacts"),
         ("C", number(grasp.task_index, 2), "task index, small is good"),
-        ("angle", f"{number(angle)}°" + ("*" if degenerate else ""), "task against the ellipsoid's long axis" + flag),
+        ("angle", degrees(angle) + ("*" if degenerate else ""), "task against the ellipsoid's long axis" + flag),
         (symbol, number(grasp.transmission_ratios[0]), "transmission along the task per unit of synergy effort"),
     ]
 
@@ -124,10 +131,10 @@ def story(grasp: Grasp) -> str:
     """Return three short paragraphs (Markdown): the synergies, why it holds, what the task does."""
     problem = grasp.problem
     n_s, n_q = problem.n_synergies, problem.hand.n_joints
-    parts = [
-        f"**Synergies.** {n_q} joints, but only **{n_s}** motor command{'s' if n_s > 1 else ''}: each synergy "
-        "moves all fingers together. Springs in the joints let the fingers give way where they touch."
-    ]
+    springs = "Springs in the joints let the fingers give way where they touch."
+    few = f"{n_q} joints, but only **{n_s}** motor command{'s' if n_s > 1 else ''}"
+    count = few if n_s < n_q else f"As many motor commands as joints, **{n_s}**: nothing is saved yet"
+    parts = [f"**Synergies.** {count}; each synergy moves all fingers together. {springs}"]
     weakest = int(grasp.friction_margins.argmin())
     name, margin = problem.frames[weakest].name, float(grasp.friction_margins[weakest])
     if grasp.feasible:
@@ -152,7 +159,8 @@ def task_story(grasp: Grasp) -> str:
         meaning = "costs the motors next to nothing: the structure of the hand carries it"
     else:
         meaning = f"gives {number(ratio)} per {effort}"
-    shape = "the ellipsoid is unbounded there" if degenerate and angle < 1.0 else f"{number(angle, 2)}° off its long axis"
+    unbounded = degenerate and angle < 1.0
+    shape = "the ellipsoid is unbounded there" if unbounded else f"the arrow is {degrees(angle)} off its long axis"
     return f"**Task.** {verb} along the green arrow (`{task.text}`) {meaning}; {shape}."
 
 
