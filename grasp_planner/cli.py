@@ -11,6 +11,7 @@ from . import __version__
 from .cli_bench import bench
 from .cli_plan import plan
 from .cli_reproduce import reproduce
+from .cli_view import export, view
 from .exceptions import GraspPlannerError
 
 EXIT_USAGE = 2
@@ -45,3 +46,5 @@ def main() -> None:
 main.add_command(plan)
 main.add_command(bench)
 main.add_command(reproduce)
+main.add_command(view)
+main.add_command(export)

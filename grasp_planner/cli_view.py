@@ -4,34 +4,16 @@ from __future__ import annotations
 
 import threading
 import webbrowser
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import click
 
-from .exceptions import GraspPlannerError
 from .grasp import Grasp
 from .record import grasp_from_record, read_grasp_record
 
 DEFAULT_PORT = 8080
 
 RESULT = click.Path(exists=False, dir_okay=False, path_type=Path)
-
-
-class _Failure(click.ClickException):
-    """An error that is told in one line."""
-
-    exit_code = 2
-
-
-@contextmanager
-def _one_line_errors() -> Iterator[None]:
-    """Turn the package's errors into one line and exit code 2."""
-    try:
-        yield
-    except GraspPlannerError as error:
-        raise _Failure(" ".join(str(error).split())) from None
 
 
 def _read(path: Path) -> Grasp:
@@ -53,9 +35,8 @@ def view(result: Path | None, port: int, host: str, allow_remote: bool, no_open:
     from .viewer import GraspViewer
     from .viewer.server import LOOPBACK
 
-    with _one_line_errors():
-        grasp = None if result is None else _read(result)
-        viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote)
+    grasp = None if result is None else _read(result)
+    viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote)
     if host not in LOOPBACK:
         click.echo(
             f"Warning: everyone who can reach {host} can see and steer this page; there is no password.", err=True
@@ -79,6 +60,5 @@ def export(result: Path, html_path: Path, title: str | None) -> None:
     """Write the grasp of the file RESULT as one web page that opens offline."""
     from .viewer import export_html
 
-    with _one_line_errors():
-        export_html(_read(result), html_path, title)
+    export_html(_read(result), html_path, title)
     click.echo(f"wrote {html_path}")

@@ -10,12 +10,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from ..exceptions import GraspPlannerError
-from ..grasp import Grasp, IterationRecord
+from ..grasp import Grasp
 from ..spatial import Array
-from ..starts import GraspStart, standard_start
+from ..starts import standard_start
 from . import text
 from .closing import approach, close_along
 from .draw_hand import pose_of
@@ -23,11 +22,11 @@ from .first_grasp import first_grasp
 from .panel_display import DisplayPanel
 from .panel_grasp import GraspPanel
 from .panel_plan import PlanPanel
+from .panel_problem import ProblemPanel
 from .panel_share import SharePanel
 from .panel_synergies import SynergyPanel
 from .picture3d import Picture
-from .planning import Outcome, PlanEvents, PlanningProcess, PlanRequest
-from .presets import paper_presets
+from .plan_control import PlanControl
 from .server import LocalServer
 from .session import Preview, Session
 from .widgets import set_value
@@ -43,6 +42,7 @@ class GraspViewer:
         server: The web server.
         session: The state all browsers see.
         worker: The thread that does the work.
+        control: What runs searches and shows their results.
         planning: The process that plans.
     """
 
@@ -69,11 +69,10 @@ class GraspViewer:
         self.session = Session(shown, note or ("a grasp to begin with" if grasp is None else "loaded"))
         self.picture = Picture(self.server)
         self.picture.aim(shown)
-        self.planning = PlanningProcess()
-        self._plan_object_pose = pin.SE3.Identity()
-        self._best_only = True
         self._build_page()
         self.worker = Worker(self._redraw, self._report)
+        self.control = PlanControl(self.session, self.plan, self.worker, self._stop_animation, self._report)
+        self.planning = self.control.planning
         self._connect()
         self.worker.submit(lambda: None)
 
@@ -99,7 +98,8 @@ class GraspViewer:
         with tabs.add_tab("Synergies"):
             self.synergies = SynergyPanel(gui, lambda: self._later(self._apply_sigma, "sigma"))
         with tabs.add_tab("Plan"):
-            self.plan = PlanPanel(gui, self._problem_changed)
+            self.plan = PlanPanel(gui)
+            self.problem = ProblemPanel(gui, lambda: self._later(self._apply_problem, "problem"))
         with tabs.add_tab("View"):
             self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"))
         with tabs.add_tab("Share"):
@@ -127,19 +127,19 @@ class GraspViewer:
         self.grasp_panel.play.on_click(lambda _: self._later(self._play))
         self.grasp_panel.pin.on_click(lambda _: self._later(self._pin))
         self.grasp_panel.unpin.on_click(lambda _: self._later(self._unpin))
-        self.plan.plan.on_click(lambda _: self._later(self._start_plan))
+        self.plan.plan.on_click(lambda _: self._later(self.control.start))
         self.plan.cancel.on_click(lambda _: self.planning.cancel())
-        self.plan.show_preset.on_click(lambda _: self._later(self._plan_preset))
-        self.plan.browse.on_click(lambda _: self._later(self._browse))
+        self.plan.show_preset.on_click(lambda _: self._later(self.control.start_preset))
+        self.plan.browse.on_click(lambda _: self._later(self.control.browse))
         self._add_commands()
 
     def _add_commands(self) -> None:
         """Add the commands of the palette (Ctrl/Cmd + K) with their keys."""
         commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
             ("Play closing", "C", self._play),
-            ("Plan", "P", self._start_plan),
+            ("Plan", "P", self.control.start),
             ("Pin this grasp", "B", self._pin),
-            ("Next result", "N", lambda: self._step(1)),
+            ("Next result", "N", lambda: self.control.step(1)),
         )
         for label, key, action in commands:
             command = self.server.gui.add_command(label, hotkey=key)
@@ -169,6 +169,7 @@ class GraspViewer:
         self.grasp_panel.show(session)
         self.synergies.show(session)
         self.plan.show(session)
+        self.problem.show(session)
         self.display.show(self.picture.notes)
 
     def _report(self, message: str) -> None:
@@ -177,7 +178,7 @@ class GraspViewer:
             client.add_notification("That did not work", message[:300], color="red", auto_close_seconds=8.0)
         self.share.last_error = message
         with contextlib.suppress(GraspPlannerError):
-            self.plan.show(self.session, force=True)
+            self.problem.show(self.session, force=True)
 
     def _mark_dirty(self) -> None:
         """Have everything drawn again."""
@@ -206,14 +207,10 @@ class GraspViewer:
         """Show the handles as the boxes say."""
         self.picture.show_gizmos(self.synergies.move_hand.value, self.synergies.move_object.value)
 
-    def _problem_changed(self, what: str) -> None:
-        """React to a widget of the problem."""
-        self._later(self._apply_problem, "problem")
-
     def _apply_problem(self) -> None:
         """Change the problem as the widgets say; a new hand or object starts in front of the hand."""
         before = self.session.problem
-        problem = self.plan.problem(before)
+        problem = self.problem.problem(before)
         self._stop_animation()
         if problem.hand is not before.hand or problem.grasp_object.kind != before.grasp_object.kind:
             start = standard_start(problem)
@@ -227,7 +224,7 @@ class GraspViewer:
         direction = np.array(self.session.live.object_pose.actInv(point))
         length = float(np.linalg.norm(direction))
         if length > 1e-6:
-            set_value(self.plan.direction, tuple(float(round(value, 3)) for value in direction / length))
+            set_value(self.problem.direction, tuple(float(round(value, 3)) for value in direction / length))
             self._apply_problem()
 
     def _select(self, what: tuple[str, int | str]) -> None:
@@ -277,82 +274,3 @@ class GraspViewer:
             return True
 
         self.worker.animate(step)
-
-    def _plan_preset(self) -> None:
-        """Plan a figure of the paper."""
-        if self.planning.busy:
-            return
-        problem = paper_presets()[self.plan.preset.value].problem()
-        start = standard_start(problem)
-        self.session.show(Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma), "to be planned")
-        self._start_plan()
-
-    def _start_plan(self) -> None:
-        """Start planning for the problem shown."""
-        self._stop_animation()
-        session, plan = self.session, self.plan
-        here, problem = session.grasp, session.problem
-        start = standard_start(problem)
-        if plan.from_here.value:
-            start = GraspStart(here.joint_angles, here.palm_pose, here.delta_sigma)
-        request = PlanRequest(
-            problem=problem,
-            seed=int(plan.seed.value),
-            starts=int(plan.starts.value),
-            enough=int(plan.enough.value),
-            start=(start.joint_angles, start.palm_pose.homogeneous, start.delta_sigma),
-        )
-        events = PlanEvents(
-            progress=lambda records: self.worker.submit(lambda: self._show_progress(request, records)),
-            result=lambda grasp: self.worker.submit(lambda: self._add_result(grasp)),
-            end=lambda outcome, message: self.worker.submit(lambda: self._end_plan(outcome, message)),
-        )
-        if not self.planning.start(request, events):
-            return
-        self._plan_object_pose = session.live.object_pose
-        session.results, session.seed = [], Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
-        plan.set_running(True)
-        plan.status.content = "starting …"
-
-    def _show_progress(self, request: PlanRequest, records: list[IterationRecord]) -> None:
-        """Show the newest iteration of the search."""
-        last, session = records[-1], self.session
-        self.plan.add_progress(records)
-        set_value(self.plan.bar, 100.0 * min(1.0, last.start / request.starts))
-        message = f"start {last.start + 1}, phase {last.phase}, iteration {last.iteration}"
-        self.plan.status.content = message
-        problem = request.problem
-        if not any(grasp.feasible for grasp in session.results) and problem.hand is session.problem.hand:
-            q = np.clip(last.joint_angles, problem.hand.lower, problem.hand.upper)
-            preview = Grasp(problem, q, pin.SE3(last.palm_pose), np.zeros(problem.n_synergies))
-            session.preview, session.dirty = Preview(preview, f"Searching: {message}"), True
-
-    def _add_result(self, grasp: Grasp) -> None:
-        """Show a result if it is the best so far, unless the user is moving something else."""
-        if self.session.add_result(grasp) and grasp.feasible:
-            self.session.show_result(0, self._plan_object_pose)
-        self.session.dirty = True
-
-    def _end_plan(self, outcome: Outcome, message: str) -> None:
-        """Show how the search ended."""
-        self.plan.set_running(False)
-        self.plan.status.content = f"**{outcome}**: {html.escape(message)}"
-        if outcome == "failed":
-            self._report(message)
-        session = self.session
-        session.preview, session.dirty = None, True
-        if session.results and outcome == "done":
-            session.show_result(0, self._plan_object_pose)
-
-    def _browse(self) -> None:
-        """Show the best, previous or next result."""
-        choice = str(self.plan.browse.value)
-        if choice == "best":
-            self.session.show_result(0, self._plan_object_pose)
-        else:
-            self._step(1 if choice == "next" else -1)
-
-    def _step(self, by: int) -> None:
-        """Show the result some ranks further."""
-        shown = self.session.shown
-        self.session.show_result(0 if shown is None else shown + by, self._plan_object_pose)

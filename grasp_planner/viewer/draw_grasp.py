@@ -74,6 +74,7 @@ class GraspDrawing:
             np.array(mesh.faces),
             color=look.OBJECT,
             opacity=look.OBJECT_OPACITY,
+            side="back",
             flat_shading=problem.grasp_object.kind == "box",
         )
         self._add_contacts()

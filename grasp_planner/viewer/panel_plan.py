@@ -1,38 +1,25 @@
-"""The tab of the problem and of planning: object, task, parameters in; progress and ranked results out."""
+"""The widgets of planning: presets, Plan and Cancel, progress curves, ranked results."""
 
 from __future__ import annotations
-
-import math
-from collections.abc import Callable
-from dataclasses import fields, replace
-from typing import Any
 
 import numpy as np
 import viser
 from viser import uplot
 
-from ..exceptions import GraspPlannerError
 from ..grasp import IterationRecord
-from ..hand import Hand, load_hand
-from ..hand_description import hand_library
-from ..objects import SHAPES, GraspObject
-from ..problem import GraspProblem
-from ..task import TaskDirection, parse_task
+from .panel_problem import log10
 from .presets import paper_presets
 from .session import Session
-from .widgets import set_value
 
-AXES = ("+x", "−x", "+y", "−y", "+z", "−z")
 POINTS = 400
 """Most points of a progress curve."""
 
 
 class PlanPanel:
-    """Widgets of the problem and of the search."""
+    """Widgets of the search."""
 
-    def __init__(self, gui: viser.GuiApi, changed: Callable[[str], None]) -> None:
-        self._gui, self._changed, self._version = gui, changed, -1
-        self._synced: dict[str, Any] = {}
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
         self.preset = gui.add_dropdown("Figures of the paper", tuple(paper_presets()))
         self.show_preset = gui.add_button("Plan this figure", icon=viser.Icon.PHOTO)
         gui.add_divider()
@@ -44,59 +31,15 @@ class PlanPanel:
         with gui.add_folder("Results, best first"):
             self.results = gui.add_markdown("*none yet*")
             self.browse = gui.add_button_group("Show", ("best", "previous", "next"))
-        with gui.add_folder("Task"):
-            self._add_task()
-        with gui.add_folder("Object"):
-            self.kind = gui.add_dropdown("Shape", tuple(SHAPES))
-            self._object_folder = gui.add_folder("Sizes", expand_by_default=True)
-            self._sizes: dict[str, viser.GuiNumberHandle[float]] = {}
-        with gui.add_folder("Hand", expand_by_default=False):
-            self._add_hand()
-        with gui.add_folder("Weights and model", expand_by_default=False):
-            self._add_parameters()
         with gui.add_folder("Search", expand_by_default=False):
             self.seed = gui.add_number("Seed", 0, min=0, max=10**6, step=1)
             self.starts = gui.add_number("Most starts", 40, min=1, max=500, step=1)
             self.enough = gui.add_number("Feasible grasps wanted", 4, min=1, max=50, step=1)
             self.from_here = gui.add_checkbox("Start from the hand as it is", False)
-        self.kind.on_update(lambda _: self._changed("kind"))
 
-    def problem(self, base: GraspProblem) -> GraspProblem:
-        """Return the problem that the widgets ask for; what they can't say stays as it is.
-
-        Args:
-            base: The present problem.
-
-        Raises:
-            GraspPlannerError: If they ask for something impossible.
-        """
-        hand = base.hand if self._unchanged("hand", self.hand.value) else load_hand(self.hand.value)
-        changes: dict[str, Any] = {"hand": hand, "grasp_object": self._object(base), "tasks": self._tasks(base)}
-        if hand is not base.hand:
-            changes |= {"synergy_set": None, "contact_set": None, "synergy_space": None}
-        else:
-            if not self._unchanged("synergy_set", self.synergy_set.value):
-                changes |= {"synergy_set": self.synergy_set.value, "synergy_space": None}
-            if not self._unchanged("contacts", self._chosen_contacts()):
-                changes["contact_set"] = self._chosen_contacts()
-        changes["parameters"] = replace(base.parameters, **self._parameter_changes())
-        return replace(base, **changes)
-
-    def show(self, session: Session, *, force: bool = False) -> None:
-        """Show problem and results; to be called by the worker only."""
+    def show(self, session: Session) -> None:
+        """Show the ranked results."""
         self.results.content = _result_table(session)
-        if self._version == session.version and not force:
-            return
-        self._version = session.version
-        problem = session.problem
-        self._sync_hand(problem)
-        self._sync_object(problem.grasp_object)
-        task = problem.tasks[0]
-        self._set("task_kind", self.task_kind, task.kind)
-        part = task.direction[3:] if task.kind == "torque" or not task.direction[:3].any() else task.direction[:3]
-        self._set("direction", self.direction, tuple(float(round(value, 6)) for value in part))
-        self._set("more", self.more, " ".join(entry.text for entry in problem.tasks[1:]))
-        self._sync_parameters(problem)
 
     def set_running(self, running: bool) -> None:
         """Switch between Plan and Cancel."""
@@ -110,7 +53,7 @@ class PlanPanel:
         """Add iterations to the curves."""
         for record in records:
             worst = max(record.violations.values(), default=0.0)
-            self._history.append((_log10(record.objective), _log10(worst)))
+            self._history.append((log10(record.objective), log10(worst)))
         shown = np.array(self._history[-POINTS:])
         first = len(self._history) - len(shown)
         steps = np.arange(first, len(self._history), dtype=float)
@@ -130,178 +73,6 @@ class PlanPanel:
             (np.arange(2.0), zero, zero), series, scales=scales, aspect=1.9, visible=False
         )
         self._history = []
-
-    def _add_task(self) -> None:
-        """Add the widgets of the task."""
-        gui = self._gui
-        self.task_kind = gui.add_dropdown("Kind", ("force", "torque", "twist"), hint="twist: moving the object")
-        self.axis = gui.add_button_group("Along", AXES)
-        self.direction = gui.add_vector3(
-            "Direction in O", (0.0, 1.0, 0.0), min=(-1.0,) * 3, max=(1.0,) * 3, step=0.01, hint="Or drag the ball"
-        )
-        self.more = gui.add_text("More tasks", "", hint="For instance: torque:+z*0.5 force:+x")
-        for widget in (self.task_kind, self.direction, self.more):
-            widget.on_update(lambda _: self._changed("problem"))
-        self.axis.on_click(lambda _: self._choose_axis())
-
-    def _choose_axis(self) -> None:
-        """Take a direction from its button."""
-        chosen = str(self.axis.value)
-        sign = -1.0 if chosen.startswith("−") else 1.0
-        set_value(self.direction, tuple(sign * (chosen[1:] == name) for name in "xyz"))
-
-    def _add_hand(self) -> None:
-        """Add the widgets of hand, synergy set and contacts."""
-        gui = self._gui
-        self.hand = gui.add_dropdown("Hand", tuple(hand_library()))
-        self.synergy_set = gui.add_dropdown("Synergies", ("",))
-        self.contact_set = gui.add_dropdown("Contacts", ("",))
-        self._finger_folder = gui.add_folder("Fingers that have to touch")
-        self._fingers: dict[str, viser.GuiCheckboxHandle] = {}
-        self.hand.on_update(lambda _: self._changed("problem"))
-        self.synergy_set.on_update(lambda _: self._changed("problem"))
-        self.contact_set.on_update(lambda _: self._changed("contacts"))
-
-    def _add_parameters(self) -> None:
-        """Add the widgets of weights and model parameters."""
-        gui = self._gui
-        self._parameters: dict[str, Any] = {
-            "weight_ratio": gui.add_slider("log₁₀ w_F/w_C", -9.0, 0.0, 0.25, -6.0, hint="Low force or the task first"),
-            "friction": gui.add_slider("Friction μ", 0.05, 2.0, 0.05, 0.8),
-            "structural_compliance": gui.add_number("C_s [m/N]", 0.1, min=1e-6, max=10.0, step=0.01),
-            "joint_compliance": gui.add_number("C_q [rad/N m]", 0.1, min=0.0, max=10.0, step=0.01),
-            "contact_stiffness": gui.add_number("K_c [N/m]", 1e5, min=0.0, max=1e8, step=1000.0),
-            "torque_model": gui.add_dropdown("Bending torque", ("total", "internal")),
-        }
-        for widget in self._parameters.values():
-            widget.on_update(lambda _: self._changed("problem"))
-
-    def _parameter_changes(self) -> dict[str, Any]:
-        """Return the parameters that were changed on the page."""
-        changed = {
-            name: widget.value for name, widget in self._parameters.items() if not self._unchanged(name, widget.value)
-        }
-        if "weight_ratio" in changed:
-            changed |= {"force_weight": 10.0 ** changed.pop("weight_ratio"), "task_weight": 1.0}
-        return changed
-
-    def _sync_parameters(self, problem: GraspProblem) -> None:
-        """Show the parameters."""
-        given = problem.parameters
-        ratio = given.force_weight / given.task_weight if given.task_weight > 0.0 else math.inf
-        self._set("weight_ratio", self._parameters["weight_ratio"], float(np.clip(_log10(ratio), -9.0, 0.0)))
-        for name in ("friction", "structural_compliance", "contact_stiffness", "torque_model"):
-            self._set(name, self._parameters[name], getattr(given, name))
-        compliance = float(np.mean(given.joint_compliance))
-        self._set("joint_compliance", self._parameters["joint_compliance"], compliance)
-
-    def _object(self, base: GraspProblem) -> GraspObject:
-        """Return the object the widgets ask for."""
-        present = base.grasp_object
-        if not self._unchanged("kind", self.kind.value):
-            try:
-                return SHAPES[self.kind.value]()  # type: ignore[call-arg]
-            except TypeError:
-                raise GraspPlannerError(f"a {self.kind.value} has no standard sizes; load it from a file") from None
-        sizes = {
-            name: widget.value
-            for name, widget in self._sizes.items()
-            if not self._unchanged(f"size {name}", widget.value)
-        }
-        return replace(present, **sizes) if sizes else present
-
-    def _sync_object(self, grasp_object: GraspObject) -> None:
-        """Show shape and sizes."""
-        self._set("kind", self.kind, grasp_object.kind)
-        values = {field.name: getattr(grasp_object, field.name) for field in fields(grasp_object)}
-        values = {name: float(value) for name, value in values.items() if isinstance(value, int | float)}
-        if tuple(values) != tuple(self._sizes):
-            for widget in self._sizes.values():
-                widget.remove()
-            with self._object_folder:
-                self._sizes = {name: self._gui.add_number(name, 0.1, **_range(name)) for name in values}
-            for widget in self._sizes.values():
-                widget.on_update(lambda _: self._changed("problem"))
-        for name, value in values.items():
-            self._set(f"size {name}", self._sizes[name], value)
-
-    def _tasks(self, base: GraspProblem) -> tuple[TaskDirection, ...]:
-        """Return the tasks the widgets ask for."""
-        first = base.tasks[0]
-        same = self._unchanged("task_kind", self.task_kind.value)
-        if not same or not self._unchanged("direction", self.direction.value):
-            numbers = ",".join(f"{value:.12g}" for value in self.direction.value)
-            first = replace(parse_task(f"{self.task_kind.value}:{numbers}"), weight=first.weight)
-        if self._unchanged("more", self.more.value):
-            return (first, *base.tasks[1:])
-        return (first, *(parse_task(part) for part in self.more.value.split()))
-
-    def _sync_hand(self, problem: GraspProblem) -> None:
-        """Show hand, synergy set and contacts."""
-        hand = problem.hand
-        if hand.name in hand_library():
-            self._set("hand", self.hand, hand.name)
-        named = problem.synergy_set or hand.description.synergies.default or ""
-        usable = usable_synergy_sets(hand)
-        self.synergy_set.options = usable if named in usable else (named, *usable)
-        self._set("synergy_set", self.synergy_set, named)
-        contacts, _, chosen = (problem.contact_set or hand.contact_set_names[0]).partition(":")
-        self.contact_set.options = hand.contact_set_names
-        self._set("contact_set", self.contact_set, contacts)
-        names = tuple(frame.name for frame in hand.contact_frames(contacts))
-        if names != tuple(self._fingers):
-            for box in self._fingers.values():
-                box.remove()
-            with self._finger_folder:
-                self._fingers = {name: self._gui.add_checkbox(name, True) for name in names}
-            for box in self._fingers.values():
-                box.on_update(lambda _: self._changed("problem"))
-        wanted = {name.strip() for name in chosen.split(",")} if chosen else set(names)
-        for name, box in self._fingers.items():
-            set_value(box, name in wanted)
-        self._synced["contacts"] = self._chosen_contacts()
-
-    def _chosen_contacts(self) -> str:
-        """Return the contact set the widgets ask for, in its text form."""
-        chosen = [name for name, box in self._fingers.items() if box.value]
-        if len(chosen) == len(self._fingers) or not self._unchanged("contact_set", self.contact_set.value):
-            return str(self.contact_set.value)
-        return f"{self.contact_set.value}:{','.join(chosen)}"
-
-    def _set(self, name: str, widget: Any, value: Any) -> None:
-        """Show a value and remember that it is the problem's own."""
-        set_value(widget, value)
-        self._synced[name] = widget.value
-
-    def _unchanged(self, name: str, value: Any) -> bool:
-        """Return whether a widget still says what the problem says."""
-        return name in self._synced and bool(self._synced[name] == value)
-
-
-def usable_synergy_sets(hand: Hand) -> tuple[str, ...]:
-    """Return the names of the hand's synergy sets that can be read."""
-    found = []
-    for name in hand.synergy_set_names:
-        try:
-            hand.synergies(name)
-        except GraspPlannerError:
-            continue
-        found.append(name)
-    return tuple(found)
-
-
-def _range(name: str) -> dict[str, Any]:
-    """Return range and step of a size, by its name."""
-    if name == "mass":
-        return {"min": 0.001, "max": 20.0, "step": 0.01}
-    if name == "caps":
-        return {"min": 0.0, "max": 1.0, "step": 1.0}
-    return {"min": 1e-4, "max": 1.0, "step": 0.001}
-
-
-def _log10(value: float) -> float:
-    """Return the logarithm of a value, at least −12."""
-    return math.log10(max(value, 1e-12)) if math.isfinite(value) else 12.0
 
 
 def _result_table(session: Session) -> str:
