@@ -63,7 +63,9 @@ def close_along(grasp: Grasp, synergy: int, steps: int = 45) -> ClosingPath:
     opening = min(OPENING / max(abs(slope), 1e-3), REACH)
     begin = np.clip(grasp.joint_angles - closing * opening * direction, hand.lower, hand.upper)
     moves = _moves(grasp)
-    q, stopped = begin.copy(), _gaps(grasp, begin) <= 0.0
+    # A finger that this synergy would open into the object stays where it is.
+    own = moves[_gaps(grasp, begin) < 0.0].any(axis=0)
+    q, stopped = np.where(own, grasp.joint_angles, begin), np.zeros(len(moves), dtype=bool)
     postures = [q]
     for _ in range(steps - 1):
         free = ~moves[stopped].any(axis=0)
@@ -124,7 +126,8 @@ def _gaps(grasp: Grasp, q: Array) -> Array:
 def _advance(grasp: Grasp, q: Array, following: Array, stopped: Mask, moves: Mask) -> tuple[Array, Mask]:
     """Move on, but each finger only to where it touches; return the posture and which fingers have stopped."""
     stopped, following = stopped.copy(), following.copy()
-    for contact in np.flatnonzero(~stopped & (_gaps(grasp, following) <= 0.0)):
+    before, after = _gaps(grasp, q), _gaps(grasp, following)
+    for contact in np.flatnonzero(~stopped & (after <= 0.0) & (after < before)):
         low, high = 0.0, 1.0
         for _ in range(BISECTIONS):
             middle = (low + high) / 2.0
