@@ -19,7 +19,7 @@ from ..task import transmission_ellipsoid
 from . import look
 from .draw_hand import place
 from .live import contact_share
-from .shapes import cone_mesh, ellipsoid_shape
+from .shapes import Faces, cone_mesh, ellipsoid_shape
 
 ROOT = "/object"
 
@@ -223,7 +223,7 @@ class GraspDrawing:
         if kind in self._ellipsoids:
             self._ellipsoids[kind].visible = False
 
-    def _show(self, kind: str, vertices: Array, faces: Array, colour: look.Colour) -> None:
+    def _show(self, kind: str, vertices: Array, faces: Faces, colour: look.Colour) -> None:
         """Show an ellipsoid; its mesh is replaced only if the number of triangles has changed."""
         if not len(faces):
             self._hide(kind)

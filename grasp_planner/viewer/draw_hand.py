@@ -26,12 +26,30 @@ class HandDrawing:
     """
 
     def __init__(
-        self, scene: viser.SceneApi, name: str, hand: Hand, *, ghost: look.Colour | None = None, visible: bool = True
+        self,
+        scene: viser.SceneApi,
+        name: str,
+        hand: Hand,
+        *,
+        ghost: look.Colour | None = None,
+        whole: bool = True,
+        visible: bool = True,
     ) -> None:
-        self.hand = hand
+        """Add a hand to the scene.
+
+        Args:
+            scene: The scene.
+            name: Name of its root node.
+            hand: The hand.
+            ghost: Colour of a ghost; None for the hand itself.
+            whole: Whether a ghost has a palm, or fingers only.
+            visible: Whether it is shown at once.
+        """
+        self.hand, self._whole = hand, whole
         self.meshes: dict[str, viser.MeshHandle] = {}
         self.links: dict[str, str] = {}
         self._colours: dict[str, look.Colour] = {}
+        self._tips = {frame.link for name in hand.contact_set_names for frame in hand.contact_frames(name)}
         self._data = hand.model.createData()
         self._root = scene.add_frame(name, show_axes=False, visible=visible)
         self._placements: list[Array] = [np.eye(4)] * hand.model.njoints
@@ -115,6 +133,8 @@ class HandDrawing:
         """Add one translucent mesh for all geometries of a joint."""
         parts: dict[int, list[trimesh.Trimesh]] = {}
         for geometry in self.hand.collision_model.geometryObjects:
+            if geometry.parentJoint == 0 and not self._whole:
+                continue
             mesh = geometry_mesh(geometry.geometry)
             mesh.apply_transform(geometry.placement.homogeneous)
             parts.setdefault(geometry.parentJoint, []).append(mesh)
@@ -135,8 +155,7 @@ class HandDrawing:
         link = self.links[name]
         if link == self.hand.description.palm.link:
             return look.PALM
-        tips = {frame.link for contacts in self.hand.contact_set_names for frame in self.hand.contact_frames(contacts)}
-        return look.PAD if link in tips else look.HAND
+        return look.PAD if link in self._tips else look.HAND
 
 
 def place(handle: Any, pose: pin.SE3) -> None:

@@ -17,6 +17,8 @@ TOUCH_DISTANCE = 0.005
 """Gap at which the contact forces set in; they are complete at gap zero [m]."""
 MAX_BEND = 0.3
 """Largest bending of a joint by its torque that is shown [rad]."""
+BEND_TOLERANCE = 1e-9
+"""Change of the bending at which it counts as settled, far below the tolerance of a feasible grasp [rad]."""
 BEND_STEPS = 15
 """Most fixed-point steps for the actual posture."""
 
@@ -131,7 +133,7 @@ def _settle(state: LiveState) -> Grasp:
     grasp = _posture(state, free - bend, palm)
     for _ in range(BEND_STEPS):
         following = _bend(grasp)
-        if np.abs(following - bend).max() < 1e-11:
+        if np.abs(following - bend).max() < BEND_TOLERANCE:
             break
         bend = following
         grasp = _posture(state, np.clip(free - bend, hand.lower, hand.upper), palm)

@@ -24,7 +24,7 @@ BOXES = (
     ("reference_ghost", "Reference posture q_r", "Where the synergies alone would put the hand; springs do the rest"),
     ("seed_ghost", "Start of the search", ""),
     ("pinned_ghost", "Pinned grasp", ""),
-    ("clearances", "Penetrations in red", ""),
+    ("clearances", "Clearances", "Lines between the closest parts; links that penetrate turn red"),
 )
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import viser
 
-from ..exceptions import GraspPlannerError
 from ..grasp import Grasp
 from . import text
+from .clearances import link_clearances
 from .live import contact_share
 from .session import Session
 
@@ -111,17 +111,8 @@ def link_details(grasp: Grasp, link: str) -> str:
             lines.append(f"- its torque: {1e3 * grasp.joint_torques[index]:.1f} mN m")
     clearance = link_clearances(grasp).get(link)
     if clearance is not None:
-        lines.append(f"- clearance: {1e3 * clearance:.2f} mm")
+        lines.append(f"- clearance: {1e3 * clearance[0]:.2f} mm from {clearance[1]}")
     for index, contact in enumerate(grasp.problem.frames):
         if contact.link == link:
             lines.append(f"- touches as *{contact.name}* with {text.number(float(grasp.normal_forces[index]))} N")
     return "\n".join(lines)
-
-
-def link_clearances(grasp: Grasp) -> dict[str, float]:
-    """Return the least clearance of every link [m], where the grasp knows it."""
-    try:
-        found = getattr(grasp, "link_clearances", None) or {}
-        return {str(name): float(value) for name, value in dict(found).items()}
-    except (GraspPlannerError, TypeError, ValueError):
-        return {}

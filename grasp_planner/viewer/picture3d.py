@@ -14,9 +14,11 @@ from ..problem import GraspProblem
 from ..spatial import Array
 from . import look
 from .camera import FIELD_OF_VIEW, good_view
+from .clearances import link_clearances
+from .draw_extras import ExtrasDrawing
 from .draw_grasp import DisplayOptions, GraspDrawing
 from .draw_hand import HandDrawing, place
-from .panel_grasp import link_clearances
+from .live import contact_share
 from .session import Session
 
 GHOSTS = {"reference": look.REFERENCE_GHOST, "seed": look.SEED_GHOST, "pinned": look.PINNED_GHOST}
@@ -40,6 +42,7 @@ class Picture:
         self._hand: HandDrawing | None = None
         self._ghosts: dict[str, HandDrawing] = {}
         self._grasp: GraspDrawing | None = None
+        self._extras: ExtrasDrawing | None = None
         self._clickable = True
         self._gizmo_version = -1
         self._set_stage()
@@ -62,6 +65,9 @@ class Picture:
             self._hand.move(grasp.joint_angles, palm)
             self._grasp.move(live.object_pose)
             self._grasp.draw(grasp, options)
+            assert self._extras is not None
+            touching = session.preview is None and contact_share(grasp) > 0.0
+            self._extras.draw(grasp, options, in_contact=touching)
             if session.preview is None:
                 self._paint(session, options)
                 self._draw_ghosts(session, options)
@@ -122,6 +128,7 @@ class Picture:
         if self._grasp is not None:
             self._grasp.remove()
         self._grasp = GraspDrawing(self._scene, problem)
+        self._extras = ExtrasDrawing(self._scene)
         self._key = key
         self._bind_clicks()
 
@@ -151,7 +158,7 @@ class Picture:
         special: dict[str, look.Colour] = {}
         if options.clearances:
             found = link_clearances(session.grasp)
-            special = {link: look.PENETRATING for link, value in found.items() if value < -1e-5}
+            special = {link: look.PENETRATING for link, value in found.items() if value[0] < -1e-5}
         if session.selected is not None and session.selected[0] == "link":
             special.setdefault(str(session.selected[1]), look.SELECTED)
         self._hand.paint(special)
@@ -170,6 +177,12 @@ class Picture:
                     self._ghosts[name].visible = False
                 continue
             if name not in self._ghosts:
-                self._ghosts[name] = HandDrawing(self._scene, f"/ghost_{name}", grasp.problem.hand, ghost=GHOSTS[name])
+                self._ghosts[name] = HandDrawing(
+                    self._scene,
+                    f"/ghost_{name}",
+                    grasp.problem.hand,
+                    ghost=GHOSTS[name],
+                    whole=name != "reference",
+                )
             self._ghosts[name].move(entry[1], session.live.object_pose * entry[0].palm_pose)
             self._ghosts[name].visible = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from ..spatial import Array
 from ..task import Ellipsoid
 
 Mask = npt.NDArray[np.bool_]
+Faces = npt.NDArray[np.intp]
 
 HALF_LENGTH = 0.06
 """Half length at which the longest axis of an ellipsoid is drawn, or where it is cut [m]."""
@@ -32,7 +34,7 @@ class EllipsoidShape:
     """
 
     vertices: Array
-    faces: Array
+    faces: Faces
     cut_axes: Array
     note: str
 
@@ -62,7 +64,7 @@ def ellipsoid_shape(ellipsoid: Ellipsoid) -> EllipsoidShape:
     return EllipsoidShape(vertices * HALF_LENGTH @ ellipsoid.axes.T, faces, ellipsoid.axes.T[cut], _note(lengths, cut))
 
 
-def cone_mesh(friction: float, length: float) -> tuple[Array, Array]:
+def cone_mesh(friction: float, length: float) -> tuple[Array, Faces]:
     """Return vertices [m] and faces of a friction cone: tip at the origin, opening along +z.
 
     Args:
@@ -75,7 +77,7 @@ def cone_mesh(friction: float, length: float) -> tuple[Array, Array]:
     return vertices, np.array(cone.faces)[:, ::-1]
 
 
-def _radial_grid(lengths: Array, cut: Mask) -> tuple[Array, Array]:
+def _radial_grid(lengths: Array, cut: Mask) -> tuple[Array, Faces]:
     """Return a grid on the surface with lengths relative to the picture, without what lies beyond it."""
     # The pole of the grid lies on the axis that keeps the cut edge a ring: the long one of one, else the short one.
     pole = 0 if cut.sum() <= 1 else 2
@@ -91,15 +93,19 @@ def _radial_grid(lengths: Array, cut: Mask) -> tuple[Array, Array]:
     inverse_square = np.where(np.isfinite(lengths), 1.0 / np.square(lengths), 0.0)
     radius = 1.0 / np.sqrt(np.maximum((directions**2) @ inverse_square, 1e-12))
     vertices = (directions * radius[:, :, None]).reshape(-1, 3)
-    faces = []
-    middle = len(polar) // 2 - 1 if cut.sum() >= 2 else None
-    for ring in range(len(polar) - 1):
-        if ring == middle:
-            continue
-        for sector in range(SECTORS):
-            a, b = ring * SECTORS + sector, ring * SECTORS + (sector + 1) % SECTORS
-            faces += [[a, a + SECTORS, b], [b, a + SECTORS, b + SECTORS]]
-    return vertices, np.array(faces)
+    return vertices, _grid_faces(len(polar), open_middle=bool(cut.sum() >= 2))
+
+
+@lru_cache
+def _grid_faces(rings: int, *, open_middle: bool) -> Faces:
+    """Return the triangles of a grid of rings, without those between the two halves if they are apart."""
+    ring, sector = np.meshgrid(np.arange(rings - 1), np.arange(SECTORS), indexing="ij")
+    keep = ring != rings // 2 - 1 if open_middle else np.ones_like(ring, dtype=bool)
+    ring, sector = ring[keep], sector[keep]
+    a, b = ring * SECTORS + sector, ring * SECTORS + (sector + 1) % SECTORS
+    faces = np.concatenate([np.stack([a, a + SECTORS, b], axis=1), np.stack([b, a + SECTORS, b + SECTORS], axis=1)])
+    faces.setflags(write=False)
+    return faces
 
 
 def _polar_angles(lengths: Array, cut: Mask, pole: int, others: list[int]) -> Array:

@@ -18,6 +18,10 @@ PHRASES = {
     "compliance_rad": "synergies and joint springs do not give this posture; off by",
     "equilibrium_n": "forces do not balance; off by",
     "equilibrium_nm": "torques do not balance; off by",
+    "link_object_m": "a link is inside the object by",
+    "joint_centre_m": "a joint is inside the object by",
+    "self_collision_m": "two links are inside each other by",
+    "ground_m": "a link is below the ground by",
 }
 """How a violation reads; others are named as they are."""
 
@@ -35,6 +39,13 @@ def number(value: float, digits: int = 3) -> str:
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
     return f"{value:.{digits}g}".replace("-", "−")
+
+
+def fixed(value: float, decimals: int = 2) -> str:
+    """Return a number with a fixed number of decimals, without a negative zero."""
+    if not math.isfinite(value):
+        return number(value)
+    return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
 
 
 def degrees(value: float) -> str:
@@ -109,9 +120,10 @@ def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
     task = grasp.problem.tasks[0]
     symbol = "β" if task.is_motion else "α"
     flag = " (the ellipsoid is degenerate)" if degenerate else ""
+    floor = f"{number(grasp.force_norm_floor)} N" if math.isfinite(grasp.force_norm_floor) else "none"
     return [
         ("F", f"{number(grasp.force_norm)} N", "size of all normal forces"),
-        ("floor", f"{number(grasp.force_norm_floor)} N", "least F any hand could do with at these contacts"),
+        ("floor", floor, "least F any hand could do with at these contacts"),
         ("C", number(grasp.task_index, 2), "task index, small is good"),
         ("angle", degrees(angle) + ("*" if degenerate else ""), "task against the ellipsoid's long axis" + flag),
         (symbol, number(grasp.transmission_ratios[0]), "transmission along the task per unit of synergy effort"),
@@ -139,9 +151,10 @@ def story(grasp: Grasp) -> str:
     name, margin = problem.frames[weakest].name, float(grasp.friction_margins[weakest])
     if grasp.feasible:
         share = grasp.force_norm / grasp.force_norm_floor
+        spare = f"with {fixed(margin, 3)} N to spare" if margin > 1e-3 else "right at the edge of its cone"
         parts.append(
-            f"**Why it holds.** Every red force stays inside its cone; the closest call is **{name}** "
-            f"({number(margin, 2)} N to spare). The hand presses {number(share)} × as hard as any hand would have to."
+            f"**Why it holds.** Every red force stays inside its cone; the closest call is **{name}**, {spare}. "
+            f"The hand presses {fixed(share)} × as hard as the best hand would have to at these points."
         )
     else:
         parts.append("**Why it does not hold.** " + "; ".join(reasons(grasp)[:2]) + ".")
@@ -168,9 +181,9 @@ def contact_table(grasp: Grasp, *, in_contact: bool = True) -> str:
     """Return the table of all contacts (Markdown)."""
     rows = ["| contact | gap mm | f_n N | margin N |", "|---|--:|--:|--:|"]
     for i, frame in enumerate(grasp.problem.frames):
-        gap = number(1e3 * float(grasp.contacts.gaps[i]), 2)
-        force = number(float(grasp.normal_forces[i])) if in_contact else "–"
-        margin = number(float(grasp.friction_margins[i]), 2) if in_contact else "–"
+        gap = fixed(1e3 * float(grasp.contacts.gaps[i]))
+        force = fixed(float(grasp.normal_forces[i]), 3) if in_contact else "–"
+        margin = fixed(float(grasp.friction_margins[i]), 3) if in_contact else "–"
         rows.append(f"| {frame.name} | {gap} | {force} | {margin} |")
     return "\n".join(rows)
 
@@ -231,15 +244,16 @@ def compare_table(one: Grasp, other: Grasp) -> str:
 def export_overlay(grasp: Grasp, title: str) -> str:
     """Return the HTML that is laid over an exported scene: title, verdict, numbers."""
     rows = "".join(
-        f"<tr><td>{html.escape(frame.name)}</td><td>{number(float(grasp.normal_forces[i]))} N</td>"
-        f"<td>{number(float(grasp.friction_margins[i]), 2)} N</td></tr>"
+        f"<tr><td>{html.escape(frame.name)}</td><td>{fixed(float(grasp.normal_forces[i]), 3)} N</td>"
+        f"<td>{fixed(float(grasp.friction_margins[i]), 3)} N</td></tr>"
         for i, frame in enumerate(grasp.problem.frames)
     )
     tasks = html.escape(", ".join(task.text for task in grasp.problem.tasks))
     return (
         "<div id='grasp-numbers' style='position:fixed;left:12px;top:12px;z-index:1000;max-width:340px;"
         "pointer-events:none'>"
-        f"<div style='{CARD}'><b>{html.escape(title)}</b><br>{html.escape(grasp.problem.grasp_object.text)}<br>"
+        f"<div style='{CARD}overflow-wrap:anywhere'><b>{html.escape(title)}</b><br>"
+        f"{html.escape(grasp.problem.grasp_object.text)}<br>"
         f"task {tasks} · {grasp.problem.n_synergies} synergies · μ = {grasp.problem.parameters.friction:g}</div>"
         f"{verdict_card(grasp)}"
         f"<div style='{CARD}'><table style='width:100%;font-size:12px'><tr><th align=left>contact</th>"

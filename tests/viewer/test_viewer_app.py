@@ -153,7 +153,7 @@ def test_fingers_can_be_left_out(viewer):
 
 
 def test_what_is_shown_follows_the_boxes(viewer):
-    for name, box in viewer.display.boxes.items():
+    for box in viewer.display.boxes.values():
         box.value = True
     settle(viewer)
     assert any("velocity ellipsoid" in note for note in viewer.picture.notes)

@@ -59,12 +59,15 @@ class Page:
         return self.page.locator(f"xpath={path}").locator("input:not([type=hidden])")
 
     def tab(self, name):
+        """Open a tab."""
         self.page.get_by_role("tab", name=name).click()
 
     def button(self, name):
+        """Return a button."""
         return self.page.get_by_role("button", name=name, exact=True)
 
     def close(self):
+        """Close the page; it must not have complained or asked for anything elsewhere."""
         self.context.close()
         assert not self.complaints
         assert not self.failed

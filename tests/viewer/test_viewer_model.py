@@ -1,6 +1,7 @@
 """The model behind the sliders, without a server: posture, squeeze, closing, shapes, words."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -8,8 +9,10 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.task import Ellipsoid
-from grasp_planner.viewer import shapes, text
+from grasp_planner.viewer import look, shapes, text
+from grasp_planner.viewer.clearances import closest_lines, link_clearances
 from grasp_planner.viewer.closing import approach, close_along
+from grasp_planner.viewer.draw_extras import torque_arrows
 from grasp_planner.viewer.live import LiveState, contact_share, evaluate
 from grasp_planner.viewer.presets import paper_presets
 from grasp_planner.viewer.session import Session
@@ -184,3 +187,30 @@ def test_some_contacts_of_a_set_can_be_chosen():
     assert [frame.name for frame in frames] == ["thumb", "index", "middle"]
     with pytest.raises(gp.NameNotFoundError, match="thum"):
         hand.contact_frames(f"{hand.contact_set_names[0]}:thum")
+
+
+def test_torques_are_drawn_along_the_joint_axes(grasp):
+    arrows = torque_arrows(grasp)
+    lengths = np.linalg.norm(arrows[:, 1] - arrows[:, 0], axis=1)
+    assert np.allclose(lengths, look.TORQUE_SCALE * np.abs(grasp.joint_torques))
+
+
+def test_clearances_are_shown_where_a_grasp_knows_them(grasp):
+    near = SimpleNamespace(
+        kind="link_object",
+        link_a="index_medial",
+        link_b="object",
+        distance=-0.002,
+        point_a=np.zeros(3),
+        point_b=np.ones(3),
+        exempt=False,
+    )
+    far = SimpleNamespace(**{**vars(near), "link_a": "palm", "distance": 0.2})
+    meant = SimpleNamespace(**{**vars(near), "link_a": "index_distal", "exempt": True})
+    knowing = SimpleNamespace(clearances=(near, far, meant))
+    found = link_clearances(knowing)
+    assert found["index_medial"] == (-0.002, "object")
+    assert found["palm"] == (0.2, "object")
+    assert "index_distal" not in found
+    assert closest_lines(knowing).shape == (1, 2, 3)
+    assert closest_lines(SimpleNamespace()).shape == (0, 2, 3)

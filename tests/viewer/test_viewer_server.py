@@ -141,9 +141,7 @@ def upload(client, content, *, claimed=None, name="../../grasp.json"):
         part_count=1,
         size_bytes=size,
     )
-    client.send(
-        type="FileTransferPart", source_component_uuid=uuid, transfer_uuid=name, part_index=0, content=content
-    )
+    client.send(type="FileTransferPart", source_component_uuid=uuid, transfer_uuid=name, part_index=0, content=content)
 
 
 def test_an_upload_is_shown(viewer, client):
