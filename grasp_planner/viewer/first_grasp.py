@@ -21,23 +21,30 @@ TIME_LIMIT_S = 8.0
 
 
 def first_grasp() -> Grasp:
-    """Return a good grasp of the paper's cylinder with few synergies, for a force along y."""
-    known = json.loads(resources.files(__package__).joinpath("first_start.json").read_text(encoding="utf-8"))
-    problem = GraspProblem(load_hand(), Cylinder(), n_synergies=known["n_synergies"], contact_set=known["contact_set"])
-    start = _known_start(problem, known)
-    if start is not None:
-        grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+    """Return a good grasp of the paper's cylinder for a force along y: the first known one that is feasible."""
+    hand = load_hand()
+    known = json.loads(resources.files(__package__).joinpath("first_starts.json").read_text(encoding="utf-8"))
+    attempts = []
+    for entry in known:
+        if tuple(entry["joint_names"]) == hand.joint_names:
+            problem = GraspProblem(hand, Cylinder(), n_synergies=entry["n_synergies"], contact_set=entry["contact_set"])
+            start = _start(entry)
+            grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+            if grasp.feasible:
+                return grasp
+            attempts.append((problem, start))
+    options = PlannerOptions(starts=1, enough=1, time_limit_s=TIME_LIMIT_S / max(len(attempts), 1))
+    for problem, start in attempts:
+        grasp = plan_grasp(problem, options=options, start=start)
         if grasp.feasible:
             return grasp
-    return plan_grasp(problem, options=PlannerOptions(enough=1, time_limit_s=TIME_LIMIT_S), start=start)
+    problem = GraspProblem(hand, Cylinder(), n_synergies=hand.n_joints)
+    return plan_grasp(problem, options=PlannerOptions(enough=1, time_limit_s=TIME_LIMIT_S))
 
 
-def _known_start(problem: GraspProblem, known: dict[str, Any]) -> GraspStart | None:
-    """Return the start that comes with the package, if it is one for this hand."""
-    if tuple(known["joint_names"]) != problem.hand.joint_names:
-        return None
-    x, y, z, w = known["quaternion_xyzw"]
+def _start(entry: dict[str, Any]) -> GraspStart:
+    """Return a start from its numbers."""
+    x, y, z, w = entry["quaternion_xyzw"]
     rotation = pin.Quaternion(w, x, y, z).normalized().matrix()
-    return GraspStart(
-        np.array(known["joint_angles"]), pin.SE3(rotation, np.array(known["position"])), np.array(known["delta_sigma"])
-    )
+    pose = pin.SE3(rotation, np.array(entry["position"]))
+    return GraspStart(np.array(entry["joint_angles"]), pose, np.array(entry["delta_sigma"]))

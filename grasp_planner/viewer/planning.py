@@ -213,13 +213,12 @@ def _search(connection: Connection, job: int, request: PlanRequest, cancelled: A
     began = time.perf_counter()
     while tried < request.starts and feasible < request.enough:
         start = random_start(problem, rng) if tried else _first_start(request)
-        options = PlannerOptions(starts=1, enough=1)
-        grasp = plan_grasp(
-            problem, seed=request.seed, options=options, start=start, callback=report, cancel=cancelled.is_set
-        )
+        grasp = _plan_from(problem, request.seed, start, report, cancelled)
         if cancelled.is_set():
             return "cancelled", f"cancelled after {tried} starts"
         tried += 1
+        if grasp is None:
+            continue
         feasible += grasp.feasible
         assert grasp.search is not None
         search = replace(
@@ -228,6 +227,19 @@ def _search(connection: Connection, job: int, request: PlanRequest, cancelled: A
         content = (grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, search)
         connection.send((job, "result", content))
     return "done", f"{feasible} feasible of {tried} starts in {time.perf_counter() - began:.1f} s"
+
+
+def _plan_from(
+    problem: GraspProblem, seed: int, start: GraspStart, report: Callable[[IterationRecord], None], cancelled: Any
+) -> Grasp | None:
+    """Plan from one start; None if the numbers blow up on the way from there."""
+    options = PlannerOptions(starts=1, enough=1)
+    try:
+        return plan_grasp(problem, seed=seed, options=options, start=start, callback=report, cancel=cancelled.is_set)
+    except GraspPlannerError:
+        raise
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError):
+        return None
 
 
 def _first_start(request: PlanRequest) -> GraspStart:
