@@ -58,9 +58,9 @@ def tab(page: Page, name: str) -> None:
 
 
 def show_synergies(viewer: GraspViewer, page: Page) -> None:
-    """Move a synergy slider, with the reference posture as a ghost."""
+    """Move a synergy slider, with the grasp from before pinned as a ghost."""
     tab(page, "Synergies")
-    viewer.display.boxes["reference_ghost"].value = True
+    viewer.grasp_panel.pin.value = True
     slider = viewer.synergies.sliders[0]
     slider.value = slider.value + 0.35
     settle(viewer, page)
@@ -68,7 +68,7 @@ def show_synergies(viewer: GraspViewer, page: Page) -> None:
 
 def show_plan(viewer: GraspViewer, page: Page) -> None:
     """Plan, and show the ranked results beside the pinned first grasp."""
-    viewer.display.boxes["reference_ghost"].value = False
+    viewer.grasp_panel.unpin.value = True
     tab(page, "Plan")
     viewer.plan.enough.value, viewer.plan.starts.value = 3, 30
     viewer.plan.plan.value = True

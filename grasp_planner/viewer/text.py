@@ -6,6 +6,7 @@ import html
 import math
 
 from ..grasp import FEASIBILITY_TOLERANCE, Grasp
+from .live import contact_share
 
 UNITS = {"_nm": ("N m", 1.0), "_rad": ("°", 180.0 / math.pi), "_m": ("mm", 1e3), "_n": ("N", 1.0)}
 """Unit and factor for display, by the end of a violation's name."""
@@ -81,6 +82,9 @@ def reason(name: str, value: float) -> str:
 def reasons(grasp: Grasp) -> list[str]:
     """Return all reasons why a grasp is not feasible, the geometric ones first."""
     failures = grasp.failures()
+    if contact_share(grasp) == 0.0:
+        # Without contact there are no forces that could break any other requirement.
+        return [reason(name, failures[name]) for name in failures if name.endswith("_m") or "limit" in name]
     order = sorted(failures, key=lambda name: (not name.endswith("_m"), -failures[name]))
     found = [reason(name, failures[name]) for name in order]
     return found if grasp.force_closed else [*found, "the contacts are not force-closed"]
@@ -121,8 +125,11 @@ def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
     symbol = "β" if task.is_motion else "α"
     flag = " (the ellipsoid is degenerate)" if degenerate else ""
     floor = f"{number(grasp.force_norm_floor)} N" if math.isfinite(grasp.force_norm_floor) else "none"
+    force = f"{number(grasp.force_norm)} N"
+    if contact_share(grasp) == 0.0:
+        force = floor = "–"
     return [
-        ("F", f"{number(grasp.force_norm)} N", "size of all normal forces"),
+        ("F", force, "size of all normal forces"),
         ("floor", floor, "least F any hand could do with at these contacts"),
         ("C", number(grasp.task_index, 2), "task index, small is good"),
         ("angle", degrees(angle) + ("*" if degenerate else ""), "task against the ellipsoid's long axis" + flag),
