@@ -28,7 +28,7 @@ def first_grasp() -> Grasp:
     for entry in known:
         if tuple(entry["joint_names"]) == hand.joint_names:
             problem = GraspProblem(hand, Cylinder(), n_synergies=entry["n_synergies"], contact_set=entry["contact_set"])
-            start = _start(entry)
+            start = _start(problem, entry)
             grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
             if grasp.feasible:
                 return grasp
@@ -42,9 +42,26 @@ def first_grasp() -> Grasp:
     return plan_grasp(problem, options=PlannerOptions(enough=1, time_limit_s=TIME_LIMIT_S))
 
 
-def _start(entry: dict[str, Any]) -> GraspStart:
+def _start(problem: GraspProblem, entry: dict[str, Any]) -> GraspStart:
     """Return a start from its numbers."""
     x, y, z, w = entry["quaternion_xyzw"]
     rotation = pin.Quaternion(w, x, y, z).normalized().matrix()
     pose = pin.SE3(rotation, np.array(entry["position"]))
-    return GraspStart(np.array(entry["joint_angles"]), pose, np.array(entry["delta_sigma"]))
+    # Kept as S δσ, so that with as many synergies as joints it holds for any synergy set.
+    displacement = np.array(entry["joint_displacement"])
+    delta_sigma = np.linalg.lstsq(problem.synergies.basis, displacement, rcond=None)[0]
+    return GraspStart(np.array(entry["joint_angles"]), pose, delta_sigma)
+
+
+def start_entry(grasp: Grasp) -> dict[str, Any]:
+    """Return a grasp as an entry of ``first_starts.json``."""
+    problem = grasp.problem
+    return {
+        "n_synergies": problem.n_synergies,
+        "contact_set": problem.contact_set or problem.hand.contact_set_names[0],
+        "joint_names": list(problem.hand.joint_names),
+        "joint_angles": grasp.joint_angles.tolist(),
+        "position": np.array(grasp.palm_pose.translation).tolist(),
+        "quaternion_xyzw": np.array(pin.Quaternion(np.array(grasp.palm_pose.rotation)).coeffs()).tolist(),
+        "joint_displacement": (problem.synergies.basis @ grasp.delta_sigma).tolist(),
+    }
