@@ -19,8 +19,8 @@ MAX_BEND = 0.3
 """Largest bending of a joint by its torque that is shown [rad]."""
 BEND_TOLERANCE = 1e-9
 """Change of the bending at which it counts as settled, far below the tolerance of a feasible grasp [rad]."""
-BEND_STEPS = 15
-"""Most fixed-point steps for the actual posture."""
+BEND_STEPS, ROUGH_STEPS = 15, 2
+"""Most fixed-point steps for the actual posture, and while the squeeze is still being chosen."""
 
 
 @dataclass(frozen=True)
@@ -109,14 +109,14 @@ def evaluate(state: LiveState, *, automatic_squeeze: bool = False) -> tuple[Live
     Returns:
         The state with its new bending and squeeze, and the grasp.
     """
-    grasp = _settle(state)
+    grasp = _settle(state, ROUGH_STEPS if automatic_squeeze else BEND_STEPS)
     if automatic_squeeze and contact_share(grasp) > 0.0:
-        for _ in range(2):
+        for steps in (ROUGH_STEPS, BEND_STEPS):
             best = best_squeeze(grasp)
             if best is None:
-                break
+                best, steps = state.delta_sigma, BEND_STEPS
             state = replace(state, delta_sigma=best, bend=_bend(grasp))
-            grasp = _settle(state)
+            grasp = _settle(state, steps)
     return replace(state, bend=_bend(grasp)), grasp
 
 
@@ -125,13 +125,13 @@ def contact_share(grasp: Grasp) -> float:
     return float(np.clip(1.0 - np.abs(grasp.contacts.gaps).max() / TOUCH_DISTANCE, 0.0, 1.0))
 
 
-def _settle(state: LiveState) -> Grasp:
+def _settle(state: LiveState, steps: int) -> Grasp:
     """Solve for the actual posture, from the last bending."""
     problem, hand = state.problem, state.problem.hand
     free = problem.synergies.joint_angles(state.sigma) + state.offset
     palm, bend = state.palm_pose, state.bend
     grasp = _posture(state, free - bend, palm)
-    for _ in range(BEND_STEPS):
+    for _ in range(steps):
         following = _bend(grasp)
         if np.abs(following - bend).max() < BEND_TOLERANCE:
             break

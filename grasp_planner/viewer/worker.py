@@ -29,6 +29,7 @@ class Worker:
 
     Attributes:
         durations: Time from taking a batch until it was drawn, the last 200 of them [s].
+        efforts: The same in processor time of the thread [s].
     """
 
     def __init__(self, redraw: Callable[[], None], on_error: Callable[[str], None]) -> None:
@@ -38,6 +39,7 @@ class Worker:
         self._animation: Callable[[], bool] | None = None
         self._stopping = self._busy = False
         self.durations: list[float] = []
+        self.efforts: list[float] = []
         self._thread = threading.Thread(target=self._run, name="viewer worker", daemon=True)
         self._thread.start()
 
@@ -92,7 +94,7 @@ class Worker:
                 batch = list(self._queue.waiting.values())
                 self._queue.waiting.clear()
                 self._busy = True
-            began = time.perf_counter()
+            began, effort = time.perf_counter(), time.thread_time()
             for request in batch:
                 self._guarded(request)
             if self._animation is not None and not self._guarded(self._animation):
@@ -100,6 +102,7 @@ class Worker:
             self._guarded(self._redraw)
             spent = time.perf_counter() - began
             self.durations = [*self.durations[-199:], spent]
+            self.efforts = [*self.efforts[-199:], time.thread_time() - effort]
             with self._condition:
                 self._busy = False
                 self._condition.notify_all()
