@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from grasp_planner import Cylinder, Grasp, GraspProblem, PlannerOptions, load_hand, plan_grasp
+from grasp_planner import ClearanceOptions, Cylinder, Grasp, GraspProblem, load_hand
 from grasp_planner.viewer import GraspViewer, first_grasp
 
 from .protocol_client import ProtocolClient
@@ -39,7 +39,7 @@ def grasp() -> Grasp:
 @pytest.fixture(scope="session")
 def easy_problem() -> GraspProblem:
     """A problem that is planned within a second."""
-    return GraspProblem(load_hand(), Cylinder(), n_synergies=15)
+    return GraspProblem(load_hand(), Cylinder(), n_synergies=15, clearance=ClearanceOptions.off())
 
 
 @pytest.fixture(scope="session")
@@ -90,8 +90,3 @@ def browser():
         running = playwright.chromium.launch(executable_path=BROWSER, headless=True, args=list(FLAGS))
         yield running
         running.close()
-
-
-def quick_grasp(problem: GraspProblem) -> Grasp:
-    """Plan quickly."""
-    return plan_grasp(problem, options=PlannerOptions(starts=6, enough=1))
