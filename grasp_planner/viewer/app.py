@@ -217,7 +217,8 @@ class GraspViewer:
             grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
             self.session.show(grasp, "not planned yet")
         else:
-            self.session.set_problem(problem)
+            same_contacts = problem.contact_set == before.contact_set
+            self.session.set_problem(problem, by_widgets=same_contacts)
 
     def _turn_task(self, point: Array) -> None:
         """Turn the first task towards a point in the world [m]."""

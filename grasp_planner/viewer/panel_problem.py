@@ -16,6 +16,7 @@ from ..hand_description import hand_library
 from ..objects import SHAPES, GraspObject
 from ..problem import GraspProblem
 from ..task import TaskDirection, parse_task
+from .panel_clearance import ClearancePanel
 from .session import Session
 from .widgets import set_value
 
@@ -36,6 +37,8 @@ class ProblemPanel:
             self._sizes: dict[str, viser.GuiNumberHandle[float]] = {}
         with gui.add_folder("Hand", expand_by_default=False):
             self._add_hand()
+        with gui.add_folder("Collisions", expand_by_default=False):
+            self.clearance = ClearancePanel(gui, self._changed)
         with gui.add_folder("Weights and model", expand_by_default=False):
             self._add_parameters()
         self.kind.on_update(lambda _: self._changed())
@@ -49,23 +52,47 @@ class ProblemPanel:
         Raises:
             GraspPlannerError: If they ask for something impossible.
         """
-        hand = base.hand if self._unchanged("hand", self.hand.value) else load_hand(self.hand.value)
-        changes: dict[str, Any] = {"hand": hand, "grasp_object": self._object(base), "tasks": self._tasks(base)}
+        values = self._values()
+        changed = {name for name, value in values.items() if self._synced.get(name) != value}
+        hand = load_hand(values["hand"]) if "hand" in changed else base.hand
+        changes: dict[str, Any] = {
+            "hand": hand,
+            "grasp_object": self._object(base, values, changed),
+            "tasks": self._tasks(base, values, changed),
+            "clearance": self.clearance.options(base.clearance),
+            "parameters": replace(base.parameters, **self._parameter_changes(values, changed)),
+        }
         if hand is not base.hand:
             changes |= {"synergy_set": None, "contact_set": None, "synergy_space": None}
         else:
-            if not self._unchanged("synergy_set", self.synergy_set.value):
-                changes |= {"synergy_set": self.synergy_set.value, "synergy_space": None}
-            if not self._unchanged("contacts", self._chosen_contacts()):
-                changes["contact_set"] = self._chosen_contacts()
-        changes["parameters"] = replace(base.parameters, **self._parameter_changes())
-        return replace(base, **changes)
+            if "synergy_set" in changed:
+                changes |= {"synergy_set": values["synergy_set"], "synergy_space": None}
+            if changed & {"contacts", "contact_set"}:
+                changes["contact_set"] = values["contact_set" if "contact_set" in changed else "contacts"]
+        problem = replace(base, **changes)
+        self._synced.update(values)
+        return problem
+
+    def _values(self) -> dict[str, Any]:
+        """Return what all widgets say at this moment."""
+        values: dict[str, Any] = {
+            "hand": self.hand.value,
+            "synergy_set": self.synergy_set.value,
+            "contact_set": self.contact_set.value,
+            "contacts": self._chosen_contacts(),
+            "kind": self.kind.value,
+            "task_kind": self.task_kind.value,
+            "direction": self.direction.value,
+            "more": self.more.value,
+        }
+        values |= {f"size {name}": widget.value for name, widget in self._sizes.items()}
+        return values | {name: widget.value for name, widget in self._parameters.items()}
 
     def show(self, session: Session, *, force: bool = False) -> None:
         """Show the problem; to be called by the worker only."""
-        if self._version == session.version and not force:
+        if self._version == session.problem_version and not force:
             return
-        self._version = session.version
+        self._version = session.problem_version
         problem = session.problem
         self._sync_hand(problem)
         self._sync_object(problem.grasp_object)
@@ -74,6 +101,7 @@ class ProblemPanel:
         part = task.direction[3:] if task.kind == "torque" or not task.direction[:3].any() else task.direction[:3]
         self._set("direction", self.direction, tuple(float(round(value, 6)) for value in part))
         self._set("more", self.more, " ".join(entry.text for entry in problem.tasks[1:]))
+        self.clearance.show(problem.clearance)
         self._sync_parameters(problem)
 
     def _add_task(self) -> None:
@@ -121,14 +149,12 @@ class ProblemPanel:
         for widget in self._parameters.values():
             widget.on_update(lambda _: self._changed())
 
-    def _parameter_changes(self) -> dict[str, Any]:
+    def _parameter_changes(self, values: dict[str, Any], changed: set[str]) -> dict[str, Any]:
         """Return the parameters that were changed on the page."""
-        changed = {
-            name: widget.value for name, widget in self._parameters.items() if not self._unchanged(name, widget.value)
-        }
-        if "weight_ratio" in changed:
-            changed |= {"force_weight": 10.0 ** changed.pop("weight_ratio"), "task_weight": 1.0}
-        return changed
+        found = {name: values[name] for name in self._parameters if name in changed}
+        if "weight_ratio" in found:
+            found |= {"force_weight": 10.0 ** found.pop("weight_ratio"), "task_weight": 1.0}
+        return found
 
     def _sync_parameters(self, problem: GraspProblem) -> None:
         """Show the parameters."""
@@ -140,20 +166,15 @@ class ProblemPanel:
         compliance = float(np.mean(given.joint_compliance))
         self._set("joint_compliance", self._parameters["joint_compliance"], compliance)
 
-    def _object(self, base: GraspProblem) -> GraspObject:
+    def _object(self, base: GraspProblem, values: dict[str, Any], changed: set[str]) -> GraspObject:
         """Return the object the widgets ask for."""
-        present = base.grasp_object
-        if not self._unchanged("kind", self.kind.value):
+        if "kind" in changed:
             try:
-                return SHAPES[self.kind.value]()
+                return SHAPES[values["kind"]]()
             except TypeError:
-                raise GraspPlannerError(f"a {self.kind.value} has no standard sizes; load it from a file") from None
-        sizes = {
-            name: widget.value
-            for name, widget in self._sizes.items()
-            if not self._unchanged(f"size {name}", widget.value)
-        }
-        return replace(present, **sizes) if sizes else present
+                raise GraspPlannerError(f"a {values['kind']} has no standard sizes; load it from a file") from None
+        sizes = {name: values[f"size {name}"] for name in self._sizes if f"size {name}" in changed}
+        return replace(base.grasp_object, **sizes) if sizes else base.grasp_object
 
     def _sync_object(self, grasp_object: GraspObject) -> None:
         """Show shape and sizes."""
@@ -170,16 +191,15 @@ class ProblemPanel:
         for name, value in values.items():
             self._set(f"size {name}", self._sizes[name], value)
 
-    def _tasks(self, base: GraspProblem) -> tuple[TaskDirection, ...]:
+    def _tasks(self, base: GraspProblem, values: dict[str, Any], changed: set[str]) -> tuple[TaskDirection, ...]:
         """Return the tasks the widgets ask for."""
         first = base.tasks[0]
-        same = self._unchanged("task_kind", self.task_kind.value)
-        if not same or not self._unchanged("direction", self.direction.value):
-            numbers = ",".join(f"{value:.12g}" for value in self.direction.value)
-            first = replace(parse_task(f"{self.task_kind.value}:{numbers}"), weight=first.weight)
-        if self._unchanged("more", self.more.value):
+        if changed & {"task_kind", "direction"}:
+            numbers = ",".join(f"{value:.12g}" for value in values["direction"])
+            first = replace(parse_task(f"{values['task_kind']}:{numbers}"), weight=first.weight)
+        if "more" not in changed:
             return (first, *base.tasks[1:])
-        return (first, *(parse_task(part) for part in self.more.value.split()))
+        return (first, *(parse_task(part) for part in values["more"].split()))
 
     def _sync_hand(self, problem: GraspProblem) -> None:
         """Show hand, synergy set and contacts."""
@@ -209,7 +229,7 @@ class ProblemPanel:
     def _chosen_contacts(self) -> str:
         """Return the contact set the widgets ask for, in its text form."""
         chosen = [name for name, box in self._fingers.items() if box.value]
-        if len(chosen) == len(self._fingers) or not self._unchanged("contact_set", self.contact_set.value):
+        if len(chosen) == len(self._fingers):
             return str(self.contact_set.value)
         return f"{self.contact_set.value}:{','.join(chosen)}"
 
@@ -217,10 +237,6 @@ class ProblemPanel:
         """Show a value and remember that it is the problem's own."""
         set_value(widget, value)
         self._synced[name] = widget.value
-
-    def _unchanged(self, name: str, value: Any) -> bool:
-        """Return whether a widget still says what the problem says."""
-        return name in self._synced and bool(self._synced[name] == value)
 
 
 def usable_synergy_sets(hand: Hand) -> tuple[str, ...]:

@@ -42,11 +42,12 @@ class Session:
         preview: What is drawn instead of the grasp for the moment.
         note: Where the grasp shown comes from.
         dirty: Whether the page is behind.
-        version: Counts the changes that did not come from the widgets themselves; these have to follow then.
+        version: Counts the changes that did not come from the sliders and gizmos; these have to follow then.
+        problem_version: The same for the widgets of the problem.
     """
 
     def __init__(self, grasp: Grasp, note: str = "") -> None:
-        self.version = 0
+        self.version = self.problem_version = 0
         self.dirty = self._moved = False
         self.preview: Preview | None = None
         self.automatic_squeeze = True
@@ -77,6 +78,7 @@ class Session:
         self.note = note
         self.shown = None
         self.version += 1
+        self.problem_version += 1
         self._changed(moved=False)
 
     def set_sigma(self, sigma: Array) -> None:
@@ -110,12 +112,19 @@ class Session:
         self.live = self.live.with_object_pose(pose)
         self._changed()
 
-    def set_problem(self, problem: GraspProblem) -> None:
-        """Change the problem and keep the posture as well as it can be kept."""
+    def set_problem(self, problem: GraspProblem, *, by_widgets: bool = False) -> None:
+        """Change the problem and keep the posture as well as it can be kept.
+
+        Args:
+            problem: The new problem.
+            by_widgets: Whether the widgets of the problem say so already. Writing to them again could undo what
+                the user has changed meanwhile.
+        """
         self.live = self.live.with_problem(problem)
         if self.base_squeeze.shape != self.live.delta_sigma.shape:
             self.base_squeeze = self.live.delta_sigma
         self.version += 1
+        self.problem_version += not by_widgets
         self._changed()
 
     def set_posture(self, q: Array, note: str) -> None:

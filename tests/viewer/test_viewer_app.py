@@ -119,6 +119,16 @@ def test_object_task_and_parameters_change_the_problem_and_nothing_else(viewer, 
     assert problem.parameters.force_weight == grasp.problem.parameters.force_weight
 
 
+def test_what_has_to_keep_clear_can_be_chosen(viewer, grasp):
+    viewer.problem.clearance.widgets["link_object"].value = "joint_centres"
+    viewer.problem.clearance.widgets["self_collision"].value = False
+    settle(viewer)
+    assert viewer.session.problem.clearance == replace(
+        grasp.problem.clearance, link_object="joint_centres", self_collision=False
+    )
+    assert "self_collision_m" not in viewer.session.grasp.violations
+
+
 def test_every_shape_of_the_library_can_be_chosen_or_says_why_not(viewer):
     for kind in viewer.problem.kind.options:
         viewer.problem.kind.value = kind
