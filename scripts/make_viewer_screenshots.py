@@ -48,7 +48,7 @@ def save(page: Page, path: Path) -> None:
         toast.first.locator("xpath=ancestor::div[contains(@class,'Notification-root')]").locator("button").click()
         page.wait_for_timeout(800)
     picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    picture.quantize(256, method=Image.Quantize.MAXCOVERAGE).save(path, optimize=True)
+    picture.save(path, optimize=True)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 

@@ -49,7 +49,7 @@ class HandDrawing:
         self.meshes: dict[str, viser.MeshHandle] = {}
         self.links: dict[str, str] = {}
         self._colours: dict[str, look.Colour] = {}
-        self._tips = {frame.link for name in hand.contact_set_names for frame in hand.contact_frames(name)}
+        self._tips = {frame.joint_id for name in hand.contact_set_names for frame in hand.contact_frames(name)}
         self._data = hand.model.createData()
         self._root = scene.add_frame(name, show_axes=False, visible=visible)
         self._placements: list[Array] = [np.eye(4)] * hand.model.njoints
@@ -146,6 +146,7 @@ class HandDrawing:
                 np.array(whole.faces),
                 color=colour,
                 opacity=look.GHOST_OPACITY,
+                scale=look.GHOST_SCALE,
                 cast_shadow=False,
                 receive_shadow=False,
             )
@@ -155,7 +156,8 @@ class HandDrawing:
         link = self.links[name]
         if link == self.hand.description.palm.link:
             return look.PALM
-        return look.PAD if link in self._tips else look.HAND
+        joint = self.hand.model.frames[self.hand.model.getFrameId(link)].parentJoint
+        return look.PAD if joint in self._tips else look.HAND
 
 
 def place(handle: Any, pose: pin.SE3) -> None:

@@ -24,7 +24,9 @@ REFERENCE_GHOST: Colour = (150, 90, 220)
 SEED_GHOST: Colour = (90, 170, 200)
 PINNED_GHOST: Colour = (0, 150, 136)
 
-GHOST_OPACITY = 0.28
+GHOST_OPACITY = 0.35
+GHOST_SCALE = 0.98
+"""Ghosts are a little smaller, so that they show only where they differ from the hand."""
 OBJECT_OPACITY = 0.55
 CONTACT_RADIUS = 0.0035
 """Radius of a contact's dot [m]."""
