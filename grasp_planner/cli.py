@@ -8,10 +8,12 @@ from typing import Any, NoReturn
 import click
 
 from . import __version__
+from .cli_batch import batch_command, export_command, report_command
 from .cli_bench import bench
 from .cli_hand import hand_group
 from .cli_plan import plan
 from .cli_reproduce import reproduce
+from .cli_view import export, view
 from .exceptions import GraspPlannerError
 
 EXIT_USAGE = 2
@@ -43,7 +45,5 @@ def main() -> None:
     """Plan and understand task-specific grasps of synergy-driven robot hands."""
 
 
-main.add_command(plan)
-main.add_command(bench)
-main.add_command(hand_group)
-main.add_command(reproduce)
+for command in (plan, view, export, reproduce, bench, batch_command, report_command, export_command, hand_group):
+    main.add_command(command)

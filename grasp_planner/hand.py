@@ -145,13 +145,14 @@ class Hand:
         """Return the contact frames of one set.
 
         Args:
-            set_name: Name of the set; the first one if left out.
+            set_name: Name of the set, the first one if left out; ``name:contact,contact`` takes only some of its
+                contacts.
 
         Returns:
             The frames, in the order of the description.
 
         Raises:
-            NameNotFoundError: If there is no such set.
+            NameNotFoundError: If there is no such set or contact.
             InvalidValueError: If the hand has no contact frames at all.
         """
         sets = self.description.contact_sets

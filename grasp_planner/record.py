@@ -316,17 +316,35 @@ def read_grasp_record(path: Path) -> GraspRecord:
     try:
         if path.stat().st_size > MAX_RECORD_BYTES:
             raise FileFormatError(path, f"larger than the {MAX_RECORD_BYTES} bytes allowed")
-        text = path.read_text(encoding="utf-8")
+        content = path.read_bytes()
     except OSError as error:
         raise FileFormatError(path, error.strerror or "can't be read") from None
-    except UnicodeDecodeError:
-        raise FileFormatError(path, "is not UTF-8 text") from None
+    return parse_grasp_record(content, path)
+
+
+def parse_grasp_record(content: bytes, source: Path | str) -> GraspRecord:
+    """Return the record of JSON text.
+
+    Args:
+        content: The text, in UTF-8.
+        source: Where it comes from, for messages.
+
+    Returns:
+        The record.
+
+    Raises:
+        FileFormatError: If it is too large, no UTF-8, no JSON, or breaks the contract; the reason names the key.
+    """
+    if len(content) > MAX_RECORD_BYTES:
+        raise FileFormatError(source, f"larger than the {MAX_RECORD_BYTES} bytes allowed")
     try:
-        return GraspRecord.model_validate_json(text)
+        return GraspRecord.model_validate_json(content.decode("utf-8"))
+    except UnicodeDecodeError:
+        raise FileFormatError(source, "is not UTF-8 text") from None
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise FileFormatError(path, f"key {key!r}: {first['msg']}") from None
+        raise FileFormatError(source, f"key {key!r}: {first['msg']}") from None
 
 
 def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:

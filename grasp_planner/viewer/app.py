@@ -1,0 +1,277 @@
+"""The viewer: puts server, page, picture, session, worker and planning together."""
+
+from __future__ import annotations
+
+import contextlib
+import html
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..exceptions import GraspPlannerError
+from ..grasp import Grasp
+from ..spatial import Array
+from ..starts import standard_start
+from . import text
+from .closing import approach, close_along
+from .draw_hand import pose_of
+from .first_grasp import first_grasp
+from .panel_display import DisplayPanel
+from .panel_grasp import GraspPanel
+from .panel_plan import PlanPanel
+from .panel_problem import ProblemPanel
+from .panel_share import SharePanel
+from .panel_synergies import SynergyPanel
+from .picture3d import Picture
+from .plan_control import PlanControl
+from .server import LocalServer
+from .session import Preview, Session
+from .widgets import set_value
+from .worker import Worker
+
+
+class GraspViewer:
+    """An interactive page on a grasp.
+
+    All that changes anything runs in one worker thread; widget callbacks only leave a request there.
+
+    Attributes:
+        server: The web server.
+        session: The state all browsers see.
+        worker: The thread that does the work.
+        control: What runs searches and shows their results.
+        planning: The process that plans.
+    """
+
+    def __init__(
+        self,
+        grasp: Grasp | None = None,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        allow_remote: bool = False,
+        note: str = "",
+    ) -> None:
+        """Start the server and show a grasp.
+
+        Args:
+            grasp: The grasp to open with; a good one is planned if left out.
+            host: Address to listen on.
+            port: Port, or 0 for any.
+            allow_remote: Whether addresses other than loopback are allowed.
+            note: Where the grasp comes from.
+        """
+        shown = grasp or first_grasp()
+        self.server = LocalServer(host=host, port=port, allow_remote=allow_remote)
+        self.session = Session(shown, note or ("a grasp to begin with" if grasp is None else "loaded"))
+        self.picture = Picture(self.server)
+        self.picture.aim(shown)
+        self._build_page()
+        self.worker = Worker(self._redraw, self._report)
+        self.control = PlanControl(self.session, self.plan, self.worker, self._stop_animation, self._report)
+        self.planning = self.control.planning
+        self._connect()
+        self.worker.submit(lambda: None)
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return self.server.url
+
+    def stop(self) -> None:
+        """End everything."""
+        self.planning.close()
+        self.worker.stop()
+        self.server.stop()
+
+    def _build_page(self) -> None:
+        """Add all widgets."""
+        gui = self.server.gui
+        gui.main_panel.dock_right()
+        self.verdict = gui.add_html("")
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Grasp"):
+            self.grasp_panel = GraspPanel.add(gui)
+        with tabs.add_tab("Synergies"):
+            self.synergies = SynergyPanel(gui, lambda: self._later(self._apply_sigma, "sigma"))
+        with tabs.add_tab("Plan"):
+            self.plan = PlanPanel(gui)
+            self.problem = ProblemPanel(gui, lambda: self._later(self._apply_problem, "problem"))
+        with tabs.add_tab("View"):
+            self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"))
+        with tabs.add_tab("Share"):
+            self.share = SharePanel(self.server, self.session, self._later)
+
+    def _connect(self) -> None:
+        """Connect the widgets with what they do."""
+        session, panel = self.session, self.synergies
+        panel.count.on_update(lambda _: self._later(self._apply_count, "count"))
+        panel.reset.on_click(lambda _: self._later(session.reset_posture))
+        panel.close.on_click(lambda _: self._later(self._close))
+        for widget in (panel.automatic, panel.squeeze):
+            widget.on_update(lambda _: self._later(self._apply_squeeze, "squeeze"))
+        for box in (panel.move_hand, panel.move_object):
+            box.on_update(lambda _: self._later(self._apply_gizmos, "gizmos"))
+        picture = self.picture
+        picture.hand_gizmo.on_update(
+            lambda _: self._later(lambda: session.set_hand_pose(pose_of(picture.hand_gizmo)), "hand")
+        )
+        picture.object_gizmo.on_update(
+            lambda _: self._later(lambda: session.set_object_pose(pose_of(picture.object_gizmo)), "object")
+        )
+        picture.clicked = lambda what: self._later(lambda: self._select(what))
+        picture.task_dragged = lambda point: self._later(lambda: self._turn_task(point), "task")
+        self.grasp_panel.play.on_click(lambda _: self._later(self._play))
+        self.grasp_panel.pin.on_click(lambda _: self._later(self._pin))
+        self.grasp_panel.unpin.on_click(lambda _: self._later(self._unpin))
+        self.plan.plan.on_click(lambda _: self._later(self.control.start))
+        self.plan.cancel.on_click(lambda _: self.planning.cancel())
+        self.plan.show_preset.on_click(lambda _: self._later(self.control.start_preset))
+        self.plan.browse.on_click(lambda _: self._later(self.control.browse))
+        self._add_commands()
+
+    def _add_commands(self) -> None:
+        """Add the commands of the palette (Ctrl/Cmd + K) with their keys."""
+        commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
+            ("Play closing", "C", self._play),
+            ("Plan", "P", self.control.start),
+            ("Pin this grasp", "B", self._pin),
+            ("Next result", "N", lambda: self.control.step(1)),
+        )
+        for label, key, action in commands:
+            command = self.server.gui.add_command(label, hotkey=key)
+            command.on_trigger(partial(self._on_command, action))
+
+    def _on_command(self, action: Callable[[], None], event: Any) -> None:
+        """Do what a command of the palette says."""
+        self._later(action)
+
+    def _later(self, action: Callable[[], None], key: str | None = None) -> None:
+        """Have the worker do something, unless the worker itself has moved the widget."""
+        if not self.worker.is_current:
+            self.worker.submit(action, key)
+
+    def _redraw(self) -> None:
+        """Bring the page up to date; called by the worker."""
+        session = self.session
+        if not session.dirty:
+            return
+        session.dirty = False
+        session.update()
+        self.picture.draw(session, self.display.options)
+        if session.preview is not None:
+            self.verdict.content = f"<div style='{text.CARD}'>{html.escape(session.preview.message)} …</div>"
+            return
+        self.verdict.content = text.verdict_card(session.grasp, session.note)
+        self.grasp_panel.show(session)
+        self.synergies.show(session)
+        self.plan.show(session)
+        self.problem.show(session)
+        self.display.show(self.picture.notes)
+
+    def _report(self, message: str) -> None:
+        """Show an error on every page, and put the widgets back to what holds."""
+        for client in self.server.get_clients().values():
+            client.add_notification("That did not work", message[:300], color="red", auto_close_seconds=8.0)
+        self.share.last_error = message
+        with contextlib.suppress(GraspPlannerError):
+            self.problem.show(self.session, force=True)
+
+    def _mark_dirty(self) -> None:
+        """Have everything drawn again."""
+        self.session.dirty = True
+
+    def _stop_animation(self) -> None:
+        """Leave an animation, with the grasp as it was."""
+        self.worker.animate(None)
+        self.session.preview = None
+        self.session.dirty = True
+
+    def _apply_sigma(self) -> None:
+        """Move the hand as the synergy sliders say."""
+        self._stop_animation()
+        self.session.set_sigma(self.synergies.sigma)
+
+    def _apply_count(self) -> None:
+        """Change the number of synergies."""
+        self.session.set_problem(replace(self.session.problem, n_synergies=int(self.synergies.count.value)))
+
+    def _apply_squeeze(self) -> None:
+        """Squeeze as the widgets say."""
+        self.session.set_squeeze(self.synergies.squeeze.value, self.synergies.automatic.value)
+
+    def _apply_gizmos(self) -> None:
+        """Show the handles as the boxes say."""
+        self.picture.show_gizmos(self.synergies.move_hand.value, self.synergies.move_object.value)
+
+    def _apply_problem(self) -> None:
+        """Change the problem as the widgets say; a new hand or object starts in front of the hand."""
+        before = self.session.problem
+        problem = self.problem.problem(before)
+        self._stop_animation()
+        if problem.hand is not before.hand or problem.grasp_object.kind != before.grasp_object.kind:
+            start = standard_start(problem)
+            grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+            self.session.show(grasp, "not planned yet")
+        else:
+            same_contacts = (problem.contact_set, problem.contacts) == (before.contact_set, before.contacts)
+            self.session.set_problem(problem, by_widgets=same_contacts)
+
+    def _turn_task(self, point: Array) -> None:
+        """Turn the first task towards a point in the world [m]."""
+        direction = np.array(self.session.live.object_pose.actInv(point))
+        length = float(np.linalg.norm(direction))
+        if length > 1e-6:
+            set_value(self.problem.direction, tuple(float(round(value, 3)) for value in direction / length))
+            self._apply_problem()
+
+    def _select(self, what: tuple[str, int | str]) -> None:
+        """Select a contact or a link."""
+        self.session.selected = what
+        self.session.dirty = True
+
+    def _pin(self) -> None:
+        """Pin the grasp shown."""
+        self.session.pinned = self.session.grasp
+        self.session.dirty = True
+
+    def _unpin(self) -> None:
+        """Forget the pinned grasp."""
+        self.session.pinned = None
+        self.session.dirty = True
+
+    def _play(self) -> None:
+        """Open the hand and close it into the grasp again."""
+        self._stop_animation()
+        grasp = self.session.grasp
+        self._animate(approach(grasp), "Closing along the synergies", None)
+
+    def _close(self) -> None:
+        """Close along one synergy until every fingertip touches."""
+        self._stop_animation()
+        index = int(self.synergies.which.value) - 1
+        path = close_along(self.session.grasp, min(index, self.session.problem.n_synergies - 1))
+        reached = "all fingertips touch" if not path.missed else f"not reached: {', '.join(path.missed)}"
+        note = f"closed along synergy {index + 1}; {reached}"
+        self._animate(path.postures, f"Closing along synergy {index + 1}", note)
+
+    def _animate(self, postures: Array, message: str, note: str | None) -> None:
+        """Show postures one after the other, then the grasp as it was, or the last posture."""
+        session, problem = self.session, self.session.problem
+        palm, rest = session.live.palm_pose, iter(postures)
+        nothing = np.zeros(problem.n_synergies)
+
+        def step() -> bool:
+            q = next(rest, None)
+            if q is None:
+                session.preview, session.dirty = None, True
+                if note is not None:
+                    session.set_posture(postures[-1], note)
+                return False
+            session.preview, session.dirty = Preview(Grasp(problem, q, palm, nothing), message), True
+            return True
+
+        self.worker.animate(step)

@@ -1,0 +1,57 @@
+"""Joint torques and clearances in the scene, in the frame O of the object."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from ..grasp import Grasp
+from ..spatial import Array
+from . import look
+from .clearances import closest_lines
+from .draw_grasp import ROOT, DisplayOptions
+
+
+class ExtrasDrawing:
+    """Arrows of the joint torques, along the joint axes, and lines between closest points."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        none = np.zeros((1, 2, 3), np.float32)
+        self._torques = scene.add_arrows(
+            f"{ROOT}/torques", none, look.TORQUE, shaft_radius=0.0014, head_radius=0.0034, head_length=0.006
+        )
+        self._lines = scene.add_line_segments(
+            f"{ROOT}/clearances", none, look.SELECTED, thickness=2.0, thickness_units="screen"
+        )
+
+    def draw(self, grasp: Grasp, options: DisplayOptions, *, in_contact: bool) -> None:
+        """Show what is asked for.
+
+        Args:
+            grasp: The grasp.
+            options: What to show.
+            in_contact: Whether there are contact forces.
+        """
+        self._torques.visible = options.torques and in_contact
+        if options.torques and in_contact:
+            self._torques.points = torque_arrows(grasp).astype(np.float32)
+        lines = closest_lines(grasp) if options.clearances else np.zeros((0, 2, 3))
+        self._lines.visible = bool(len(lines))
+        if len(lines):
+            self._lines.points = lines.astype(np.float32)
+
+
+def torque_arrows(grasp: Grasp) -> Array:
+    """Return arrows along the joint axes, as long as the torques are large, in O [m], of shape (n_q, 2, 3)."""
+    hand = grasp.problem.hand
+    data = hand.model.createData()
+    pin.computeJointJacobians(hand.model, data, hand.full_configuration(grasp.joint_angles))
+    root = grasp.palm_pose * hand.palm_in_root.inverse()
+    arrows = []
+    for name, torque in zip(hand.joint_names, grasp.joint_torques, strict=True):
+        joint = hand.model.getJointId(name)
+        axis = np.array(root.rotation) @ data.J[3:, hand.model.joints[joint].idx_v]
+        begin = np.array(root.act(data.oMi[joint].translation))
+        arrows.append([begin, begin + look.TORQUE_SCALE * torque * axis])
+    return np.array(arrows)

@@ -1,0 +1,76 @@
+"""A grasp as one HTML file that opens offline: the scene, its closing animation and its numbers."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from ..exceptions import FileFormatError
+from ..grasp import Grasp
+from .closing import approach
+from .draw_grasp import DisplayOptions
+from .picture3d import Picture
+from .server import LocalServer
+from .session import Preview, Session
+from .text import export_overlay
+
+FRAMES = 45
+"""Postures of the closing animation."""
+RATE_HZ = 30.0
+REST_S = 2.0
+"""How long the closed grasp rests before the animation starts again [s]."""
+
+
+def grasp_html(grasp: Grasp, title: str | None = None) -> str:
+    """Return a self-contained web page of a grasp.
+
+    Args:
+        grasp: The grasp.
+        title: Heading; the hand and the object if left out.
+
+    Returns:
+        The HTML text, about 1 MB; it loads nothing from anywhere.
+    """
+    heading = title or f"{grasp.problem.hand.description.title or grasp.problem.hand.name}"
+    server = LocalServer()
+    try:
+        session = Session(grasp)
+        picture = Picture(server)
+        picture.aim(grasp)
+        options = DisplayOptions()
+        picture.draw(session, options)
+        server.flush()
+        time.sleep(0.05)
+        serializer = server.get_scene_serializer()
+        for q in approach(grasp, FRAMES):
+            posture = Grasp(grasp.problem, q, grasp.palm_pose, grasp.delta_sigma)
+            session.preview = Preview(posture, "")
+            picture.draw(session, options)
+            serializer.insert_sleep(1.0 / RATE_HZ)
+        session.preview = None
+        picture.draw(session, options)
+        serializer.insert_sleep(REST_S)
+        page = serializer.as_html()
+    finally:
+        server.stop()
+    overlay = export_overlay(grasp, heading)
+    end = page.rindex("</body>")
+    return page[:end] + overlay + page[end:]
+
+
+def export_html(grasp: Grasp, path: Path, title: str | None = None) -> None:
+    """Write a grasp as a self-contained web page.
+
+    Args:
+        grasp: The grasp.
+        path: File to write.
+        title: Heading.
+
+    Raises:
+        FileFormatError: If the file can't be written.
+    """
+    page = grasp_html(grasp, title)
+    try:
+        path.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None

@@ -1,0 +1,166 @@
+"""The hand under the sliders: synergy coordinates, squeeze and poses in, a complete :class:`Grasp` out. No display."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from ..exceptions import GraspPlannerError
+from ..grasp import Grasp
+from ..problem import GraspProblem
+from ..spatial import Array, readonly
+from .squeeze import best_squeeze
+
+TOUCH_DISTANCE = 0.005
+"""Gap at which the contact forces set in; they are complete at gap zero [m]."""
+MAX_BEND = 0.3
+"""Largest bending of a joint by its torque that is shown [rad]."""
+BEND_TOLERANCE = 1e-9
+"""Change of the bending at which it counts as settled, far below the tolerance of a feasible grasp [rad]."""
+BEND_STEPS, ROUGH_STEPS = 15, 2
+"""Most fixed-point steps for the actual posture, and while the squeeze is still being chosen."""
+
+
+@dataclass(frozen=True)
+class LiveState:
+    """What the sliders and gizmos say.
+
+    Attributes:
+        problem: The problem; its gravity is that in O at the present object pose.
+        sigma: σ [rad], of shape (n_s,).
+        delta_sigma: δσ [rad], of shape (n_s,).
+        hand_pose: Pose of the palm frame P in the world.
+        object_pose: Pose of O in the world.
+        offset: What the posture has besides synergies and bending [rad], of shape (n_q,).
+        gravity: Gravity in the world [m/s²], of shape (3,).
+        bend: Bending C_q τ at the last evaluation, where the next one starts [rad], of shape (n_q,).
+    """
+
+    problem: GraspProblem
+    sigma: Array
+    delta_sigma: Array
+    hand_pose: pin.SE3
+    object_pose: pin.SE3
+    offset: Array
+    gravity: Array
+    bend: Array
+
+    @classmethod
+    def of(cls, grasp: Grasp, object_pose: pin.SE3 | None = None) -> LiveState:
+        """Return the state that shows a grasp, with the object at a pose in the world (identity if left out)."""
+        at = object_pose or pin.SE3.Identity()
+        bend = _bend(grasp)
+        return cls(
+            problem=grasp.problem,
+            sigma=grasp.sigma,
+            delta_sigma=grasp.delta_sigma,
+            hand_pose=at * grasp.palm_pose,
+            object_pose=at,
+            offset=grasp.joint_angles + bend - grasp.problem.synergies.joint_angles(grasp.sigma),
+            gravity=np.array(at.rotation) @ grasp.problem.parameters.gravity,
+            bend=bend,
+        )
+
+    @property
+    def palm_pose(self) -> pin.SE3:
+        """Pose of the palm frame P in O."""
+        return self.object_pose.inverse() * self.hand_pose
+
+    def with_problem(self, problem: GraspProblem) -> LiveState:
+        """Return the state for another problem: same poses, the posture kept as well as its synergies can.
+
+        With another hand the posture is that of σ = 0.
+        """
+        n_q, n_s = problem.hand.n_joints, problem.n_synergies
+        if problem.hand.joint_names != self.problem.hand.joint_names:
+            zero = np.zeros(n_q)
+            return replace(
+                self, problem=problem, sigma=np.zeros(n_s), delta_sigma=np.zeros(n_s), offset=zero, bend=zero
+            )
+        if _same_synergies(problem, self.problem):
+            return replace(self, problem=problem)
+        # Fewer or other synergies: the nearest posture they can make.
+        sigma = problem.synergies.coordinates(self.problem.synergies.joint_angles(self.sigma) + self.offset)
+        delta = np.zeros(n_s)
+        shared = min(n_s, len(self.delta_sigma))
+        delta[:shared] = self.delta_sigma[:shared]
+        return replace(self, problem=problem, sigma=sigma, delta_sigma=delta, offset=np.zeros(n_q))
+
+    def with_object_pose(self, pose: pin.SE3) -> LiveState:
+        """Return the state with the object elsewhere; gravity stays down in the world."""
+        gravity = np.array(pose.rotation).T @ self.gravity
+        if np.allclose(gravity, self.problem.parameters.gravity, rtol=0.0, atol=1e-12):
+            return replace(self, object_pose=pose)
+        parameters = replace(self.problem.parameters, gravity=readonly(gravity))
+        return replace(self, object_pose=pose, problem=replace(self.problem, parameters=parameters))
+
+
+def evaluate(state: LiveState, *, automatic_squeeze: bool = False) -> tuple[LiveState, Grasp]:
+    """Return the grasp a state stands for: the posture settled under its contact forces.
+
+    The actual posture solves q = q̄ + S σ − C_q τ(q) (10), where τ sets in as the fingertips come within 5 mm.
+
+    Args:
+        state: The state.
+        automatic_squeeze: Whether δσ is chosen to hold the object with the least force, where that is possible.
+
+    Returns:
+        The state with its new bending and squeeze, and the grasp.
+    """
+    grasp = _settle(state, ROUGH_STEPS if automatic_squeeze else BEND_STEPS)
+    if automatic_squeeze and contact_share(grasp) > 0.0:
+        for steps in (ROUGH_STEPS, BEND_STEPS):
+            best = best_squeeze(grasp)
+            if best is None:
+                best, steps = state.delta_sigma, BEND_STEPS
+            state = replace(state, delta_sigma=best, bend=_bend(grasp))
+            grasp = _settle(state, steps)
+    return replace(state, bend=_bend(grasp)), grasp
+
+
+def contact_share(grasp: Grasp) -> float:
+    """Return how much of a contact the fingertips make: 1 when all touch, 0 from 5 mm on."""
+    return float(np.clip(1.0 - np.abs(grasp.contacts.gaps).max() / TOUCH_DISTANCE, 0.0, 1.0))
+
+
+def _settle(state: LiveState, steps: int) -> Grasp:
+    """Solve for the actual posture, from the last bending."""
+    problem, hand = state.problem, state.problem.hand
+    free = problem.synergies.joint_angles(state.sigma) + state.offset
+    palm, bend = state.palm_pose, state.bend
+    grasp = _posture(state, free - bend, palm)
+    for _ in range(steps):
+        following = _bend(grasp)
+        if np.abs(following - bend).max() < BEND_TOLERANCE:
+            break
+        bend = following
+        grasp = _posture(state, np.clip(free - bend, hand.lower, hand.upper), palm)
+    return grasp
+
+
+def _posture(state: LiveState, q: Array, palm: pin.SE3) -> Grasp:
+    """Return the grasp of a posture kept within the joint limits."""
+    hand = state.problem.hand
+    return Grasp(state.problem, np.clip(q, hand.lower, hand.upper), palm, state.delta_sigma)
+
+
+def _bend(grasp: Grasp) -> Array:
+    """Return how far the contact torques bend the joints [rad], of shape (n_q,)."""
+    share = contact_share(grasp)
+    if share == 0.0:
+        return np.zeros(grasp.problem.hand.n_joints)
+    try:
+        bend = share * grasp.problem.joint_compliance * grasp.bending_torques
+    except (GraspPlannerError, np.linalg.LinAlgError):
+        return np.zeros(grasp.problem.hand.n_joints)
+    return np.clip(bend, -MAX_BEND, MAX_BEND)
+
+
+def _same_synergies(one: GraspProblem, other: GraspProblem) -> bool:
+    """Return whether two problems have the same synergies."""
+    return one.synergies.basis.shape == other.synergies.basis.shape and bool(
+        np.array_equal(one.synergies.basis, other.synergies.basis)
+        and np.array_equal(one.synergies.mean, other.synergies.mean)
+    )

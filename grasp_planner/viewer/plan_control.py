@@ -1,0 +1,118 @@
+"""Searches: started from the page, followed while they run, their results ranked and shown."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+
+import numpy as np
+import pinocchio as pin
+
+from ..grasp import Grasp, IterationRecord
+from ..starts import GraspStart, standard_start
+from .panel_plan import PlanPanel
+from .planning import Outcome, PlanEvents, PlanningProcess, PlanRequest
+from .presets import paper_presets
+from .session import Preview, Session
+from .widgets import set_value
+from .worker import Worker
+
+
+class PlanControl:
+    """Runs one search at a time in its process; all methods are for the worker's thread.
+
+    Attributes:
+        planning: The process that plans.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        panel: PlanPanel,
+        worker: Worker,
+        stop_animation: Callable[[], None],
+        report: Callable[[str], None],
+    ) -> None:
+        self.session, self.panel, self.worker = session, panel, worker
+        self._stop_animation, self._report = stop_animation, report
+        self.planning = PlanningProcess()
+        self._object_pose = pin.SE3.Identity()
+
+    def start_preset(self) -> None:
+        """Plan a figure of the paper."""
+        if self.planning.busy:
+            return
+        problem = paper_presets()[self.panel.preset.value].problem()
+        start = standard_start(problem)
+        self.session.show(Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma), "to be planned")
+        self.start()
+
+    def start(self) -> None:
+        """Start planning for the problem shown."""
+        self._stop_animation()
+        session, plan = self.session, self.panel
+        here, problem = session.grasp, session.problem
+        start = standard_start(problem)
+        if plan.from_here.value:
+            start = GraspStart(here.joint_angles, here.palm_pose, here.delta_sigma)
+        request = PlanRequest(
+            problem=problem,
+            seed=int(plan.seed.value),
+            starts=int(plan.starts.value),
+            enough=int(plan.enough.value),
+            start=(start.joint_angles, start.palm_pose.homogeneous, start.delta_sigma),
+        )
+        events = PlanEvents(
+            progress=lambda records: self.worker.submit(lambda: self._show_progress(request, records)),
+            result=lambda grasp: self.worker.submit(lambda: self._add_result(grasp)),
+            end=lambda outcome, message: self.worker.submit(lambda: self._end_plan(outcome, message)),
+        )
+        if not self.planning.start(request, events):
+            return
+        self._object_pose = session.live.object_pose
+        session.results, session.seed = [], Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+        plan.set_running(True)
+        plan.status.content = "starting …"
+
+    def _show_progress(self, request: PlanRequest, records: list[IterationRecord]) -> None:
+        """Show the newest iteration of the search."""
+        last, session = records[-1], self.session
+        self.panel.add_progress(records)
+        set_value(self.panel.bar, 100.0 * min(1.0, last.start / request.starts))
+        message = f"start {last.start + 1}, phase {last.phase}, iteration {last.iteration}"
+        self.panel.status.content = message
+        problem = request.problem
+        if not any(grasp.feasible for grasp in session.results) and problem.hand is session.problem.hand:
+            q = np.clip(last.joint_angles, problem.hand.lower, problem.hand.upper)
+            preview = Grasp(problem, q, pin.SE3(last.palm_pose), np.zeros(problem.n_synergies))
+            session.preview, session.dirty = Preview(preview, f"Searching: {message}"), True
+
+    def _add_result(self, grasp: Grasp) -> None:
+        """Show a result if it is the best so far, unless the user is moving something else."""
+        if self.session.add_result(grasp) and grasp.feasible:
+            self.session.show_result(0, self._object_pose)
+        self.session.dirty = True
+
+    def _end_plan(self, outcome: Outcome, message: str) -> None:
+        """Show how the search ended."""
+        self.panel.set_running(False)
+        self.panel.status.content = f"**{outcome}**: {html.escape(message)}"
+        if outcome == "failed":
+            self._report(message)
+        session = self.session
+        session.preview, session.dirty = None, True
+        if session.results and outcome == "done":
+            session.show_result(0, self._object_pose)
+
+    def browse(self) -> None:
+        """Show the best, previous or next result."""
+        choice = str(self.panel.browse.value)
+        if choice == "best":
+            self.session.show_result(0, self._object_pose)
+        else:
+            self.step(1 if choice == "next" else -1)
+
+    def step(self, by: int) -> None:
+        """Show the result some ranks further."""
+        shown = self.session.shown
+        self.session.show_result(0 if shown is None else shown + by, self._object_pose)

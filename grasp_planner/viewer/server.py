@@ -1,0 +1,198 @@
+"""The web server of the viewer: loopback by default, no foreign pages, no sharing, every incoming value checked."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import io
+import math
+import re
+import threading
+from collections.abc import Awaitable, Callable, Iterator
+from typing import Any
+from urllib.parse import urlsplit
+
+import viser
+import websockets.asyncio.server as websocket_server
+from viser import _messages as messages
+
+from ..exceptions import InvalidValueError
+from ..record import MAX_RECORD_BYTES
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+MAX_TEXT = 2000
+"""Longest text a widget accepts."""
+MAX_UPLOADS = 4
+"""Most uploads under way at once."""
+MAX_PARTS = 64
+"""Most parts of one upload."""
+
+_patching = threading.Lock()
+
+
+class LocalServer(viser.ViserServer):
+    """A viser server that only its own page may talk to.
+
+    A page of another origin gets HTTP 403 at the websocket. The public sharing tunnel can't be opened.
+    Widget values are cut to the range of their widget before anyone sees them; uploads are limited in size.
+    """
+
+    def __init__(self, *, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False) -> None:
+        """Start the server.
+
+        Args:
+            host: Address to listen on.
+            port: Port, or 0 for any; the next free one if it is taken.
+            allow_remote: Whether addresses other than loopback are allowed.
+
+        Raises:
+            InvalidValueError: If the address is not loopback and that was not allowed.
+        """
+        if host not in LOOPBACK and not allow_remote:
+            raise InvalidValueError("host", host, "127.0.0.1 unless --allow-remote is given")
+        hosts = [*LOOPBACK, host]
+        with _checked_origins(hosts, any_host=host in ("0.0.0.0", "::")), contextlib.redirect_stdout(io.StringIO()):
+            super().__init__(host=host, port=port, label="Grasp viewer", verbose=False)
+        self._guard()
+        self.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        host = self.get_host()
+        return f"http://{'127.0.0.1' if host in ('0.0.0.0', '::') else host}:{self.get_port()}"
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Refuse to open a public tunnel."""
+        return None
+
+    def stop(self) -> None:
+        """Stop without a word on the terminal."""
+        with contextlib.redirect_stdout(io.StringIO()):
+            super().stop()
+
+    def _guard(self) -> None:
+        """Put checks in front of the handlers of everything that a page can send."""
+        handlers = self._websock_server._incoming_handlers
+        handlers.pop(messages.ShareUrlRequest, None)
+        handlers.pop(messages.ShareUrlDisconnect, None)
+        self._replace(messages.GuiUpdateMessage, self._checked_update)
+        self._replace(messages.FileTransferStartUpload, self._checked_upload)
+        self._replace(messages.FileTransferPart, self._checked_part)
+
+    def _replace(self, kind: type, check: Callable[[Any], bool]) -> None:
+        """Let messages of a kind reach their handlers only if a check passes."""
+        handlers = self._websock_server._incoming_handlers
+        inner = list(handlers[kind])
+
+        async def handle(client_id: Any, message: Any) -> None:
+            if not check(message):
+                return
+            for handler in inner:
+                result = handler(client_id, message)
+                if inspect.isawaitable(result):
+                    await _wait(result)
+
+        handlers[kind] = [handle]
+
+    def _checked_update(self, message: Any) -> bool:
+        """Cut the value of a widget to its range; return whether there is anything left to do."""
+        handle: Any = self.gui._gui_input_handle_from_uuid.get(message.uuid)
+        if handle is None or set(message.updates) != {"value"} or getattr(handle, "disabled", False):
+            return False
+        try:
+            message.updates["value"] = clipped(handle, message.updates["value"])
+        except (TypeError, ValueError, OverflowError):
+            return False
+        return True
+
+    def _checked_upload(self, message: Any) -> bool:
+        """Return whether an upload may begin."""
+        size, parts = message.size_bytes, message.part_count
+        if not (isinstance(size, int) and isinstance(parts, int)):
+            return False
+        under_way = len(self.gui._current_file_upload_states)
+        return 0 <= size <= MAX_RECORD_BYTES and 0 <= parts <= MAX_PARTS and under_way < MAX_UPLOADS
+
+    def _checked_part(self, message: Any) -> bool:
+        """Return whether a part fits into its upload; drops the upload if not."""
+        state: Any = self.gui._current_file_upload_states.get(message.transfer_uuid)
+        if state is None or not isinstance(message.content, bytes):
+            return False
+        if state["transferred_bytes"] + len(message.content) > MAX_RECORD_BYTES:
+            self.gui._current_file_upload_states.pop(message.transfer_uuid, None)
+            return False
+        return True
+
+
+def clipped(handle: Any, value: Any) -> Any:
+    """Return the value for a widget, made to fit: numbers within its range, texts not too long.
+
+    Args:
+        handle: The widget.
+        value: What the page sent.
+
+    Raises:
+        TypeError, ValueError: If it is not such a value at all.
+    """
+    present = handle.value
+    if isinstance(present, bool):
+        if not isinstance(value, bool):
+            raise TypeError(value)
+        return value
+    if isinstance(present, int | float):
+        return _number(value, getattr(handle, "min", None), getattr(handle, "max", None))
+    if isinstance(present, tuple):
+        if not isinstance(value, list | tuple) or len(value) != len(present):
+            raise ValueError(value)
+        low, high = getattr(handle, "min", None), getattr(handle, "max", None)
+        return tuple(
+            _number(entry, low[i] if low is not None else None, high[i] if high is not None else None)
+            for i, entry in enumerate(value)
+        )
+    if isinstance(present, str):
+        if not isinstance(value, str):
+            raise TypeError(value)
+        options = getattr(handle, "options", None)
+        if options is not None and value not in options:
+            raise ValueError(value)
+        return value[:MAX_TEXT]
+    raise TypeError(type(present))
+
+
+def _number(value: Any, low: float | None, high: float | None) -> float:
+    """Return a finite number within a range."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(value)
+    value = max(value, -1e12 if low is None else low)
+    return min(value, 1e12 if high is None else high)
+
+
+async def _wait(result: Awaitable[Any]) -> None:
+    """Wait for a handler."""
+    await result
+
+
+@contextlib.contextmanager
+def _checked_origins(hosts: list[str], *, any_host: bool) -> Iterator[None]:
+    """Make websocket servers created meanwhile refuse pages of other origins (HTTP 403)."""
+    names = "|".join(re.escape(f"[{host}]" if ":" in host else host) for host in hosts)
+    # On all interfaces the names of the machine are not known; the page's origin has to be the host it asked for.
+    pattern = re.compile(r"https?://[^/]+" if any_host else rf"https?://({names})(:\d+)?")
+    with _patching:
+        original = websocket_server.serve
+
+        def serve(*args: Any, process_request: Any = None, **kwargs: Any) -> Any:
+            def check(connection: Any, request: Any) -> Any:
+                origin = request.headers.get("Origin")
+                if origin is not None and urlsplit(origin).netloc != request.headers.get("Host"):
+                    return connection.respond(403, "foreign origin\n")
+                return process_request(connection, request) if process_request is not None else None
+
+            return original(*args, process_request=check, origins=[pattern, None], **kwargs)
+
+        websocket_server.serve = serve  # type: ignore[misc,assignment]
+        try:
+            yield
+        finally:
+            websocket_server.serve = original  # type: ignore[misc]

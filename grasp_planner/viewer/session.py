@@ -1,0 +1,172 @@
+"""What all browsers see: the grasp shown, the results, what is pinned and selected. Changed by one thread only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from ..grasp import Grasp
+from ..problem import GraspProblem
+from ..spatial import Array
+from .live import LiveState, evaluate
+
+
+@dataclass(frozen=True)
+class Preview:
+    """A posture on its way, while the hand closes or the planner searches.
+
+    Attributes:
+        grasp: The posture, without forces.
+        message: What is going on.
+    """
+
+    grasp: Grasp
+    message: str
+
+
+class Session:
+    """The state behind the page.
+
+    Attributes:
+        live: What sliders and gizmos say.
+        grasp: The grasp shown.
+        automatic_squeeze: Whether δσ is chosen for the least force while the hand is moved.
+        squeeze: Factor on δσ while that is not so.
+        results: Grasps of the last search, best first.
+        shown: Index of the result shown; None if the grasp is none of them.
+        pinned: Grasp to compare with.
+        seed: Where the last search started.
+        selected: What was clicked: ("contact", index) or ("link", name).
+        preview: What is drawn instead of the grasp for the moment.
+        note: Where the grasp shown comes from.
+        dirty: Whether the page is behind.
+        version: Counts the changes that did not come from the sliders and gizmos; these have to follow then.
+        problem_version: The same for the widgets of the problem.
+    """
+
+    def __init__(self, grasp: Grasp, note: str = "") -> None:
+        self.version = self.problem_version = 0
+        self.dirty = self._moved = False
+        self.preview: Preview | None = None
+        self.automatic_squeeze = True
+        self.results: list[Grasp] = []
+        self.shown: int | None = None
+        self.pinned: Grasp | None = None
+        self.seed: Grasp | None = None
+        self.selected: tuple[str, int | str] | None = None
+        self.show(grasp, note)
+
+    @property
+    def problem(self) -> GraspProblem:
+        """The problem of the grasp shown."""
+        return self.live.problem
+
+    def show(self, grasp: Grasp, note: str = "", *, object_pose: pin.SE3 | None = None) -> None:
+        """Show a grasp exactly as it is.
+
+        Args:
+            grasp: The grasp.
+            note: Where it comes from.
+            object_pose: Pose of the object in the world; identity if left out.
+        """
+        self.live = LiveState.of(grasp, object_pose)
+        self.base_squeeze = grasp.delta_sigma
+        self.squeeze = 1.0
+        self.grasp = grasp
+        self.note = note
+        self.shown = None
+        self.version += 1
+        self.problem_version += 1
+        self._changed(moved=False)
+
+    def set_sigma(self, sigma: Array) -> None:
+        """Move the hand along its synergies, σ [rad] of shape (n_s,)."""
+        if sigma.shape == self.live.sigma.shape and not np.array_equal(sigma, self.live.sigma):
+            self.live = replace(self.live, sigma=sigma)
+            self._changed()
+
+    def reset_posture(self) -> None:
+        """Put the hand at its mean posture, σ = 0."""
+        zero = np.zeros(self.problem.hand.n_joints)
+        self.live = replace(self.live, sigma=np.zeros(self.problem.n_synergies), offset=zero, bend=zero)
+        self.version += 1
+        self._changed()
+
+    def set_squeeze(self, factor: float, automatic: bool) -> None:
+        """Squeeze with a multiple of the grasp's δσ, or automatically."""
+        if (factor, automatic) == (self.squeeze, self.automatic_squeeze):
+            return
+        self.squeeze, self.automatic_squeeze = factor, automatic
+        self.live = replace(self.live, delta_sigma=factor * self.base_squeeze)
+        self._changed()
+
+    def set_hand_pose(self, pose: pin.SE3) -> None:
+        """Put the palm at a pose in the world."""
+        self.live = replace(self.live, hand_pose=pose)
+        self._changed()
+
+    def set_object_pose(self, pose: pin.SE3) -> None:
+        """Put the object at a pose in the world."""
+        self.live = self.live.with_object_pose(pose)
+        self._changed()
+
+    def set_problem(self, problem: GraspProblem, *, by_widgets: bool = False) -> None:
+        """Change the problem and keep the posture as well as it can be kept.
+
+        Args:
+            problem: The new problem.
+            by_widgets: Whether the widgets of the problem say so already. Writing to them again could undo what
+                the user has changed meanwhile.
+        """
+        self.live = self.live.with_problem(problem)
+        if self.base_squeeze.shape != self.live.delta_sigma.shape:
+            self.base_squeeze = self.live.delta_sigma
+        self.version += 1
+        self.problem_version += not by_widgets
+        self._changed()
+
+    def set_posture(self, q: Array, note: str) -> None:
+        """Show a posture [rad] with the palm and the object where they are."""
+        grasp = Grasp(self.problem, q, self.live.palm_pose, self.live.delta_sigma)
+        object_pose, base, squeeze = self.live.object_pose, self.base_squeeze, self.squeeze
+        self.show(grasp, note, object_pose=object_pose)
+        self.base_squeeze, self.squeeze = base, squeeze
+        self._changed(note=note)
+
+    def update(self) -> None:
+        """Evaluate the grasp if something has moved."""
+        if self._moved:
+            self.live, self.grasp = evaluate(self.live, automatic_squeeze=self.automatic_squeeze)
+            self._moved = False
+
+    def add_result(self, grasp: Grasp) -> bool:
+        """Rank a result; return whether it is the best so far."""
+        self.results = sorted([*self.results, grasp], key=_rank)
+        return self.results[0] is grasp
+
+    def show_result(self, index: int, object_pose: pin.SE3 | None = None) -> None:
+        """Show a result by its rank, from 0."""
+        if not self.results:
+            return
+        index = int(np.clip(index, 0, len(self.results) - 1))
+        self.show(self.results[index], object_pose=object_pose)
+        self.note = f"result {index + 1} of {len(self.results)}, best first"
+        self.shown = index
+
+    def _changed(self, *, moved: bool = True, note: str = "moved by hand") -> None:
+        """Note that the page is behind, and whether the grasp has to be evaluated anew."""
+        self._moved = moved
+        self.dirty = True
+        self.preview = None
+        if moved:
+            self.shown = None
+            self.note = note
+
+
+def _rank(grasp: Grasp) -> tuple[bool, float]:
+    """Return what results are sorted by: feasible ones by their objective, then the others by their violation."""
+    if grasp.feasible:
+        return False, grasp.objective
+    return True, max(grasp.violations.values())

@@ -1,0 +1,59 @@
+"""The best squeeze: synergy displacements δσ that hold the object with the least force at the contacts as they are."""
+
+from __future__ import annotations
+
+import clarabel
+import numpy as np
+from scipy import sparse
+
+from ..compliance import internal_forces
+from ..grasp import Grasp
+from ..spatial import Array, skew
+
+ROOM = 1e-5
+"""Margin kept inside the friction cones [N]."""
+
+
+def best_squeeze(grasp: Grasp) -> Array | None:
+    """Return the δσ of least F with every contact force in its friction cone.
+
+    A second-order cone program in (δσ, F), exact for the contacts and the Jacobian of the grasp; eq. (17), (30).
+
+    Args:
+        grasp: The grasp; its own δσ is not used.
+
+    Returns:
+        δσ [rad], of shape (n_s,), or None if the synergies can't produce such forces here.
+    """
+    problem = grasp.problem
+    stiffness, k_c = grasp.stiffness, problem.parameters.contact_stiffness
+    by_sigma = internal_forces(grasp.grasp_matrix, grasp.hand_jacobian, problem.synergies.basis, stiffness, k_c)
+    fixed = grasp.forces.ravel() - by_sigma @ grasp.delta_sigma
+    # Columns scaled to 1 N, so that the solver sees numbers of order one.
+    size = np.maximum(np.linalg.norm(by_sigma, axis=0), 1e-9)
+    scaled = by_sigma / size
+    n_c, n_s = grasp.forces.shape[0], problem.n_synergies
+    normals = np.zeros((n_c, 3 * n_c))
+    for i, normal in enumerate(grasp.contacts.normals):
+        normals[i, 3 * i : 3 * i + 3] = normal
+    rows = [np.concatenate([np.zeros((1, n_s)), normals @ scaled])]
+    rows[0] = np.hstack([rows[0], np.eye(n_c + 1)[:, :1]])
+    right = [np.concatenate([[0.0], normals @ fixed])]
+    for i, normal in enumerate(grasp.contacts.normals):
+        tangent = -skew(normal) @ skew(normal)
+        block = np.vstack([problem.parameters.friction * normal, tangent])
+        rows.append(np.hstack([block @ scaled[3 * i : 3 * i + 3], np.zeros((4, 1))]))
+        right.append(block @ fixed[3 * i : 3 * i + 3] - np.array([ROOM, 0.0, 0.0, 0.0]))
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    solution = clarabel.DefaultSolver(
+        sparse.csc_matrix((n_s + 1, n_s + 1)),
+        np.eye(n_s + 1)[-1],
+        sparse.csc_matrix(-np.vstack(rows)),
+        np.concatenate(right),
+        [clarabel.SecondOrderConeT(len(block)) for block in rows],
+        settings,
+    ).solve()
+    if solution.status not in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
+        return None
+    return np.array(solution.x)[:n_s] / size

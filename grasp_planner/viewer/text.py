@@ -1,0 +1,268 @@
+"""The words and tables of the page. Plain strings in, escaped HTML or Markdown out; no display code here."""
+
+from __future__ import annotations
+
+import html
+import math
+
+from ..grasp import FEASIBILITY_TOLERANCE, Grasp
+from .live import contact_share
+
+UNITS = {"_nm": ("N m", 1.0), "_rad": ("°", 180.0 / math.pi), "_m": ("mm", 1e3), "_n": ("N", 1.0)}
+"""Unit and factor for display, by the end of a violation's name."""
+
+PHRASES = {
+    "surface_m": "fingertips are off the surface by up to",
+    "region_m": "a contact is outside the part that may be touched, by",
+    "friction_n": "a contact force leaves its friction cone by",
+    "joint_limit_rad": "a joint is beyond its limit by",
+    "compliance_rad": "synergies and joint springs do not give this posture; off by",
+    "equilibrium_n": "forces do not balance; off by",
+    "equilibrium_nm": "torques do not balance; off by",
+    "link_object_m": "a link is inside the object by",
+    "joint_centre_m": "a joint is inside the object by",
+    "self_collision_m": "two links are inside each other by",
+    "ground_m": "a link is below the ground by",
+}
+"""How a violation reads; others are named as they are."""
+
+GREEN, RED, AMBER = "#1b8a5a", "#c62839", "#b7791f"
+CARD = (
+    "font-family:system-ui,sans-serif;font-size:13px;line-height:1.45;margin:6px 10px;padding:10px 12px;"
+    "border-radius:10px;color:#1d2433;background:#f4f6fa;"
+)
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number for people: ∞ where infinite, – where undefined."""
+    if math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    return f"{value:.{digits}g}".replace("-", "−")
+
+
+def fixed(value: float, decimals: int = 2) -> str:
+    """Return a number with a fixed number of decimals, without a negative zero."""
+    if not math.isfinite(value):
+        return number(value)
+    return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
+
+
+def degrees(value: float) -> str:
+    """Return an angle for people."""
+    if math.isnan(value):
+        return "–"
+    return "0°" if abs(value) < 0.005 else f"{number(value, 2 if abs(value) < 10.0 else 3)}°"
+
+
+def quantity(name: str, value: float) -> str:
+    """Return a violation with its unit, by the end of its name."""
+    for ending, (unit, factor) in UNITS.items():
+        if name.endswith(ending):
+            return f"{number(value * factor)} {unit}"
+    return number(value)
+
+
+def readable(name: str) -> str:
+    """Return a violation's name as words."""
+    for ending in UNITS:
+        if name.endswith(ending):
+            name = name[: -len(ending)]
+            break
+    return name.replace("_", " ")
+
+
+def reason(name: str, value: float) -> str:
+    """Return one reason why a grasp is not feasible, as words."""
+    phrase = PHRASES.get(name, f"{readable(name)} violated by")
+    return f"{phrase} {quantity(name, value)}"
+
+
+def reasons(grasp: Grasp) -> list[str]:
+    """Return all reasons why a grasp is not feasible, the geometric ones first."""
+    failures = grasp.failures()
+    if contact_share(grasp) == 0.0:
+        # Without contact there are no forces that could break any other requirement.
+        return [reason(name, failures[name]) for name in failures if name.endswith("_m") or "limit" in name]
+    order = sorted(failures, key=lambda name: (not name.endswith("_m"), -failures[name]))
+    found = [reason(name, failures[name]) for name in order]
+    return found if grasp.force_closed else [*found, "the contacts are not force-closed"]
+
+
+def verdict_card(grasp: Grasp, note: str = "") -> str:
+    """Return the card on top of the page: feasible or why not, and the five numbers.
+
+    Args:
+        grasp: The grasp shown.
+        note: A line below, for instance which result it is.
+
+    Returns:
+        HTML; everything that is not from here is escaped.
+    """
+    good = grasp.feasible
+    colour, word = (GREEN, "FEASIBLE") if good else (RED, "NOT FEASIBLE")
+    why = [] if good else reasons(grasp)[:3]
+    lines = "".join(f"<div style='color:{RED}'>• {html.escape(line)}</div>" for line in why)
+    if good:
+        lines = (
+            "<div>Every fingertip touches, every force is inside its friction cone, all balances the weight, "
+            "and the contacts are force-closed.</div>"
+        )
+    cells = "".join(_cell(*entry) for entry in headline(grasp))
+    below = f"<div style='opacity:.75;margin-top:6px'>{html.escape(note)}</div>" if note else ""
+    return (
+        f"<div style='{CARD}border-left:6px solid {colour}' data-verdict='{word}'>"
+        f"<div style='font-weight:700;font-size:15px;color:{colour}'>{'✔' if good else '✘'} {word}</div>{lines}"
+        f"<div style='display:flex;gap:6px;margin-top:8px'>{cells}</div>{below}</div>"
+    )
+
+
+def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
+    """Return the five numbers of a grasp: symbol, value with unit, and what it is."""
+    angle, degenerate = grasp.alignments[0]
+    task = grasp.problem.tasks[0]
+    symbol = "β" if task.is_motion else "α"
+    flag = " (the ellipsoid is degenerate)" if degenerate else ""
+    floor = f"{number(grasp.force_norm_floor)} N" if math.isfinite(grasp.force_norm_floor) else "none"
+    force = f"{number(grasp.force_norm)} N"
+    if contact_share(grasp) == 0.0:
+        force = floor = "–"
+    return [
+        ("F", force, "size of all normal forces"),
+        ("floor", floor, "least F any hand could do with at these contacts"),
+        ("C", number(grasp.task_index, 2), "task index, small is good"),
+        ("angle", degrees(angle) + ("*" if degenerate else ""), "task against the ellipsoid's long axis" + flag),
+        (symbol, number(grasp.transmission_ratios[0]), "transmission along the task per unit of synergy effort"),
+    ]
+
+
+def _cell(symbol: str, value: str, meaning: str) -> str:
+    """Return one number of the card."""
+    return (
+        f"<div title='{html.escape(meaning)}' style='flex:1;text-align:center;background:#fff;border-radius:7px;"
+        f"padding:4px 2px'><div style='font-size:11px;opacity:.65'>{html.escape(symbol)}</div>"
+        f"<div style='font-weight:650;white-space:nowrap;font-size:12px'>{html.escape(value)}</div></div>"
+    )
+
+
+def story(grasp: Grasp) -> str:
+    """Return three short paragraphs (Markdown): the synergies, why it holds, what the task does."""
+    problem = grasp.problem
+    n_s, n_q = problem.n_synergies, problem.hand.n_joints
+    springs = "Springs in the joints let the fingers give way where they touch."
+    few = f"{n_q} joints, but only **{n_s}** motor command{'s' if n_s > 1 else ''}"
+    count = few if n_s < n_q else f"As many motor commands as joints, **{n_s}**: nothing is saved yet"
+    parts = [f"**Synergies.** {count}; each synergy moves all fingers together. {springs}"]
+    weakest = int(grasp.friction_margins.argmin())
+    name, margin = problem.frames[weakest].name, float(grasp.friction_margins[weakest])
+    if grasp.feasible:
+        share = grasp.force_norm / grasp.force_norm_floor
+        spare = f"with {fixed(margin, 3)} N to spare" if margin > 1e-3 else "right at the edge of its cone"
+        parts.append(
+            f"**Why it holds.** Every red force stays inside its cone; the closest call is **{name}**, {spare}. "
+            f"The hand presses {fixed(share)} × as hard as the best hand would have to at these points."
+        )
+    else:
+        parts.append("**Why it does not hold.** " + "; ".join(reasons(grasp)[:2]) + ".")
+    parts.append(task_story(grasp))
+    return "\n\n".join(parts)
+
+
+def task_story(grasp: Grasp) -> str:
+    """Return what the first task direction means for this grasp (Markdown)."""
+    task = grasp.problem.tasks[0]
+    ratio, (angle, degenerate) = grasp.transmission_ratios[0], grasp.alignments[0]
+    verb = {"force": "Pushing", "torque": "Turning", "twist": "Moving"}[task.kind]
+    effort = "unit of synergy speed" if task.is_motion else "unit of motor effort"
+    if ratio > 1e4:
+        meaning = "costs the motors next to nothing: the structure of the hand carries it"
+    else:
+        meaning = f"gives {number(ratio)} per {effort}"
+    unbounded = degenerate and angle < 1.0
+    shape = "the ellipsoid is unbounded there" if unbounded else f"the arrow is {degrees(angle)} off its long axis"
+    return f"**Task.** {verb} along the green arrow (`{task.text}`) {meaning}; {shape}."
+
+
+def contact_table(grasp: Grasp, *, in_contact: bool = True) -> str:
+    """Return the table of all contacts (Markdown)."""
+    rows = ["| contact | gap mm | f_n N | margin N |", "|---|--:|--:|--:|"]
+    for i, frame in enumerate(grasp.problem.frames):
+        gap = fixed(1e3 * float(grasp.contacts.gaps[i]))
+        force = fixed(float(grasp.normal_forces[i]), 3) if in_contact else "–"
+        margin = fixed(float(grasp.friction_margins[i]), 3) if in_contact else "–"
+        rows.append(f"| {frame.name} | {gap} | {force} | {margin} |")
+    return "\n".join(rows)
+
+
+def violation_table(grasp: Grasp) -> str:
+    """Return the table of every requirement (Markdown)."""
+    rows = ["| requirement | violation | |", "|---|--:|---|"]
+    for name, value in grasp.violations.items():
+        mark = "✔" if value <= FEASIBILITY_TOLERANCE else "✘"
+        rows.append(f"| {readable(name)} | {quantity(name, value)} | {mark} |")
+    rows.append(f"| force closure | {number(grasp.force_closure_margin)} | {'✔' if grasp.force_closed else '✘'} |")
+    return "\n".join(rows)
+
+
+def joint_table(grasp: Grasp) -> str:
+    """Return the table of all joints (Markdown): q, q_r, torque, and which are at a limit."""
+    rows = ["| joint | q ° | q_r ° | τ mN m |", "|---|--:|--:|--:|"]
+    hand, degrees = grasp.problem.hand, 180.0 / math.pi
+    for i, name in enumerate(hand.joint_names):
+        q = float(grasp.joint_angles[i])
+        limit = " ⚠" if min(q - hand.lower[i], hand.upper[i] - q) < 1e-3 else ""
+        reference = degrees * float(grasp.reference_joint_angles[i])
+        torque = 1e3 * float(grasp.joint_torques[i])
+        rows.append(f"| {name}{limit} | {degrees * q:.1f} | {reference:.1f} | {torque:.0f} |")
+    return "\n".join(rows)
+
+
+def contact_details(grasp: Grasp, index: int) -> str:
+    """Return all numbers of one contact (Markdown)."""
+    frame, force = grasp.problem.frames[index], grasp.forces[index]
+    normal = float(grasp.normal_forces[index])
+    slip = math.sqrt(max(float(force @ force) - normal**2, 0.0))
+    share = slip / (grasp.problem.parameters.friction * normal) if normal > 0.0 else math.inf
+    point = ", ".join(f"{1e3 * value:.1f}" for value in grasp.contacts.points[index])
+    return (
+        f"**Contact {frame.name}** on {frame.link}\n\n"
+        f"- point in O: ({point}) mm, gap {number(1e3 * float(grasp.contacts.gaps[index]))} mm\n"
+        f"- normal force {number(normal)} N, tangential {number(slip)} N\n"
+        f"- uses {number(100 * share)} % of its friction cone (μ = {grasp.problem.parameters.friction:g})"
+    )
+
+
+def compare_table(one: Grasp, other: Grasp) -> str:
+    """Return two grasps side by side (Markdown)."""
+    rows = ["| | shown | pinned |", "|---|--:|--:|"]
+    rows.append(f"| verdict | {'✔' if one.feasible else '✘'} | {'✔' if other.feasible else '✘'} |")
+    rows.append(f"| synergies | {one.problem.n_synergies} | {other.problem.n_synergies} |")
+    rows.append(f"| task | {one.problem.tasks[0].text} | {other.problem.tasks[0].text} |")
+    for (symbol, left, _), (_, right, _) in zip(headline(one), headline(other), strict=True):
+        rows.append(f"| {symbol} | {left} | {right} |")
+    for i, frame in enumerate(one.problem.frames):
+        names = [entry.name for entry in other.problem.frames]
+        right = number(float(other.normal_forces[names.index(frame.name)])) if frame.name in names else "–"
+        rows.append(f"| f_n {frame.name} | {number(float(one.normal_forces[i]))} N | {right} N |")
+    return "\n".join(rows)
+
+
+def export_overlay(grasp: Grasp, title: str) -> str:
+    """Return the HTML that is laid over an exported scene: title, verdict, numbers."""
+    rows = "".join(
+        f"<tr><td>{html.escape(frame.name)}</td><td>{fixed(float(grasp.normal_forces[i]), 3)} N</td>"
+        f"<td>{fixed(float(grasp.friction_margins[i]), 3)} N</td></tr>"
+        for i, frame in enumerate(grasp.problem.frames)
+    )
+    tasks = html.escape(", ".join(task.text for task in grasp.problem.tasks))
+    return (
+        "<div id='grasp-numbers' style='position:fixed;left:12px;top:12px;z-index:1000;max-width:340px;"
+        "pointer-events:none'>"
+        f"<div style='{CARD}overflow-wrap:anywhere'><b>{html.escape(title)}</b><br>"
+        f"{html.escape(grasp.problem.grasp_object.text)}<br>"
+        f"task {tasks} · {grasp.problem.n_synergies} synergies · μ = {grasp.problem.parameters.friction:g}</div>"
+        f"{verdict_card(grasp)}"
+        f"<div style='{CARD}'><table style='width:100%;font-size:12px'><tr><th align=left>contact</th>"
+        f"<th align=left>normal force</th><th align=left>friction margin</th></tr>{rows}</table></div></div>"
+    )

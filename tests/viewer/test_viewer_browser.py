@@ -1,0 +1,204 @@
+"""The page in a real browser: headless Chromium with software rendering."""
+
+from __future__ import annotations
+
+import json
+import time
+
+import pytest
+
+from grasp_planner.viewer import export_html
+
+pytestmark = pytest.mark.slow
+
+TOLERATED = (
+    "THREE.Clock: This module has been deprecated",
+    "KHR_parallel_shader_compile",
+    "Unable to preventDefault inside passive event listener",
+    "GPU stall due to ReadPixels",
+    "GL Driver Message",
+)
+"""What the page's libraries say on the console with software rendering."""
+
+READY = """(names) => {
+  const view = window.__viserMutable, tree = window.__viserSceneTree;
+  if (!view || !tree || !view.scene || view.messageQueue.length) return false;
+  return names.every((name) => view.nodeRefFromName[name]) && window.__viserTestpoints.rendererInfo.render.frame > 0;
+}"""
+
+TURN = """(name) => window.__viserMutable.nodeRefFromName[name].quaternion.toArray()"""
+
+
+class Page:
+    """A browser page with what it complains about."""
+
+    def __init__(self, browser, url, wait_for=("/object/mesh", "/hand")):
+        self.context = browser.new_context(viewport={"width": 1100, "height": 760}, accept_downloads=True)
+        self.context.set_default_timeout(45_000)
+        self.page = self.context.new_page()
+        self.complaints, self.failed, self.foreign = [], [], []
+        self.page.on("console", self._on_console)
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("requestfailed", lambda request: self.failed.append(request.url))
+        self.page.on("request", self._on_request)
+        self.own = url.split("?")[0].rstrip("/")
+        self.page.goto(url)
+        self.page.wait_for_function(READY, arg=list(wait_for), timeout=90_000)
+
+    def _on_console(self, message):
+        if message.type in ("error", "warning") and not any(words in message.text for words in TOLERATED):
+            self.complaints.append(message.text)
+
+    def _on_request(self, request):
+        if not request.url.startswith((self.own, "blob:", "data:")):
+            self.foreign.append(request.url)
+
+    def row(self, label):
+        """Return the number box of a widget."""
+        path = f"//label[normalize-space()='{label}']/ancestor::div[contains(@class,'Flex-root')][1]"
+        return self.page.locator(f"xpath={path}").locator("input:not([type=hidden])")
+
+    def tab(self, name):
+        """Open a tab."""
+        self.page.get_by_role("tab", name=name).click()
+
+    def button(self, name):
+        """Return a button."""
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def close(self):
+        """Close the page; it must not have complained or asked for anything elsewhere."""
+        self.context.close()
+        assert not self.complaints
+        assert not self.failed
+        assert not self.foreign
+
+
+@pytest.fixture
+def page(browser, viewer):
+    opened = Page(browser, f"{viewer.url}/?fixedDpr=1")
+    yield opened
+    opened.close()
+
+
+def until(condition, timeout_s=60.0):
+    end = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < end, "the condition did not come true"
+        time.sleep(0.02)
+
+
+def test_the_page_opens_with_a_grasp_and_its_sliders_move_the_hand(page, viewer):
+    page.page.locator("[data-verdict=FEASIBLE]").wait_for()
+    page.tab("Synergies")
+    joint = "/hand/joint_1/joint_2"
+    before = page.page.evaluate(TURN, joint)
+    page.row("σ1").fill("0.9")
+    page.page.wait_for_function(
+        "([name, before]) => window.__viserMutable.nodeRefFromName[name].quaternion.toArray()"
+        ".some((value, i) => Math.abs(value - before[i]) > 0.01)",
+        arg=[joint, before],
+    )
+    page.page.locator("[data-verdict='NOT FEASIBLE']").wait_for()
+    assert viewer.session.live.sigma[0] == 0.9
+
+
+def test_plan_shows_progress_and_a_result_and_can_be_cancelled(page, viewer, easy_problem):
+    viewer.worker.submit(lambda: viewer.session.set_problem(easy_problem))
+    viewer.plan.enough.value, viewer.plan.starts.value = 1, 6
+    page.tab("Plan")
+    page.button("Plan").click()
+    page.page.locator(".uplot").first.wait_for()
+    page.page.get_by_text("done").wait_for(timeout=90_000)
+    assert viewer.session.results
+    viewer.plan.enough.value, viewer.plan.starts.value = 50, 500
+    page.button("Plan").click()
+    until(lambda: viewer.planning.busy)
+    page.button("Cancel").click()
+    page.page.get_by_text("cancelled").first.wait_for()
+    assert not viewer.planning.busy
+
+
+def test_a_preset_of_the_paper_is_one_click(page, viewer):
+    viewer.plan.preset.value = next(name for name in viewer.plan.preset.options if name.startswith("15"))
+    viewer.plan.enough.value, viewer.plan.starts.value = 1, 8
+    page.tab("Plan")
+    page.button("Plan this figure").click()
+    page.page.get_by_text("done").wait_for(timeout=120_000)
+    assert viewer.session.problem.n_synergies == 15
+    assert viewer.session.results
+
+
+def test_files_go_in_and_out(page, viewer, tmp_path):
+    page.tab("Share")
+    with page.page.expect_download() as download:
+        page.button("Save the grasp (JSON)").click()
+    saved = tmp_path / "saved.json"
+    download.value.save_as(saved)
+    assert json.loads(saved.read_text())["feasible"]
+    chooser = page.page.locator("input[type=file]")
+    chooser.set_input_files({"name": "../x.json", "mimeType": "application/json", "buffer": b'{"a": 1}'})
+    page.page.get_by_text("Not a grasp file").wait_for()
+    chooser.set_input_files(saved)
+    page.page.get_by_text("opened from a file").wait_for()
+    with page.page.expect_download(timeout=90_000) as download:
+        page.button("Save a picture (PNG)").click()
+    picture = tmp_path / "picture.png"
+    download.value.save_as(picture)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_clicking_a_contact_shows_its_numbers(page, viewer):
+    viewer.display.boxes["cones"].value = viewer.display.boxes["forces"].value = False
+    viewer.worker.drain()
+    index = 0
+    project = """(p) => {
+      const view = window.__viserMutable, root = view.nodeRefFromName[''];
+      const v = view.camera.position.clone().set(p[0], p[1], p[2]);
+      if (root) v.applyMatrix4(root.matrixWorld);
+      v.project(view.camera);
+      const r = view.canvas.getBoundingClientRect();
+      return [r.left + (v.x + 1) / 2 * r.width, r.top + (1 - v.y) / 2 * r.height];
+    }"""
+    point = viewer.session.grasp.contacts.points[index].tolist()
+    x, y = page.page.evaluate(project, point)
+    page.page.mouse.move(x, y)
+    page.page.wait_for_timeout(400)
+    page.page.mouse.click(x + 1, y)
+    until(lambda: viewer.session.selected is not None, 20.0)
+    viewer.display.boxes["cones"].value = viewer.display.boxes["forces"].value = True
+    page.page.get_by_text("its numbers").first.wait_for(state="detached")
+
+
+def test_a_page_of_another_origin_can_not_connect(browser, viewer):
+    context = browser.new_context()
+    page = context.new_page()
+    # A document of another origin: its requests carry "Origin: null".
+    page.goto("data:text/html,<title>foreign</title>")
+    outcome = page.evaluate(
+        """(url) => new Promise((done) => {
+          const socket = new WebSocket(url, 'viser-v1.1.1');
+          socket.onopen = () => done('open'); socket.onerror = () => done('refused');
+        })""",
+        viewer.url.replace("http", "ws"),
+    )
+    context.close()
+    assert outcome == "refused"
+
+
+def test_an_exported_page_opens_offline_with_numbers_and_animation(browser, grasp, tmp_path):
+    path = tmp_path / "grasp.html"
+    export_html(grasp, path, "A <b>title</b>")
+    opened = Page(browser, path.as_uri())
+    opened.page.locator("#grasp-numbers").wait_for()
+    text = opened.page.locator("#grasp-numbers").inner_text()
+    assert "A <b>title</b>" in text
+    assert "FEASIBLE" in text
+    assert "thumb" in text
+    first = opened.page.evaluate(TURN, "/hand/joint_1/joint_2")
+    opened.page.wait_for_function(
+        "([name, first]) => window.__viserMutable.nodeRefFromName[name].quaternion.toArray()"
+        ".some((value, i) => Math.abs(value - first[i]) > 0.005)",
+        arg=["/hand/joint_1/joint_2", first],
+    )
+    opened.close()

@@ -1,0 +1,208 @@
+"""The model behind the sliders, without a server: posture, squeeze, closing, shapes, words."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import grasp_planner as gp
+from grasp_planner.task import Ellipsoid
+from grasp_planner.viewer import look, shapes, text
+from grasp_planner.viewer.clearances import closest_lines, link_clearances
+from grasp_planner.viewer.closing import approach, close_along
+from grasp_planner.viewer.draw_extras import torque_arrows
+from grasp_planner.viewer.live import LiveState, contact_share, evaluate
+from grasp_planner.viewer.presets import paper_presets
+from grasp_planner.viewer.session import Session
+from grasp_planner.viewer.squeeze import best_squeeze
+
+
+def test_a_loaded_grasp_is_reproduced_by_its_sliders(grasp):
+    _, again = evaluate(LiveState.of(grasp))
+    assert np.allclose(again.joint_angles, grasp.joint_angles, atol=1e-9)
+    assert again.feasible
+
+
+def test_moving_a_slider_moves_the_hand_along_that_synergy(grasp):
+    state = LiveState.of(grasp)
+    step = np.zeros(grasp.problem.n_synergies)
+    step[0] = -0.2
+    _, moved = evaluate(replace(state, sigma=state.sigma + step))
+    change = moved.joint_angles - grasp.joint_angles
+    expected = grasp.problem.synergies.basis @ step
+    hand = grasp.problem.hand
+    free = (moved.joint_angles > hand.lower + 1e-6) & (moved.joint_angles < hand.upper - 1e-6)
+    assert np.abs(change - expected)[free].max() < 0.05, "up to what the springs give"
+    assert not moved.feasible
+
+
+def test_forces_set_in_with_contact(grasp):
+    away = pin.SE3(grasp.palm_pose)
+    away.translation = away.translation + np.array([0.0, 0.0, 0.5]) + 0.02
+    state = LiveState.of(gp.Grasp(grasp.problem, grasp.joint_angles, away, grasp.delta_sigma))
+    lifted = replace(state, hand_pose=pin.SE3(np.eye(3), np.array([0.5, 0.0, 0.0])))
+    _, far = evaluate(lifted)
+    assert contact_share(far) == 0.0
+    assert contact_share(grasp) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_the_automatic_squeeze_is_feasible_and_not_stronger_than_the_planners(grasp):
+    best = best_squeeze(grasp)
+    squeezed = gp.Grasp(grasp.problem, grasp.joint_angles, grasp.palm_pose, best)
+    assert squeezed.friction_margins.min() > -1e-7
+    assert squeezed.force_norm <= grasp.force_norm + 1e-4
+
+
+def test_turning_the_object_turns_gravity_in_its_frame(grasp):
+    state = LiveState.of(grasp)
+    quarter = pin.SE3(pin.rpy.rpyToMatrix(np.pi / 2, 0.0, 0.0), np.zeros(3))
+    turned = state.with_object_pose(quarter)
+    assert np.allclose(turned.problem.parameters.gravity, quarter.rotation.T @ [0, 0, -9.81])
+    back = turned.with_object_pose(pin.SE3.Identity())
+    assert np.allclose(back.problem.parameters.gravity, [0, 0, -9.81])
+    assert np.allclose(back.palm_pose.homogeneous, grasp.palm_pose.homogeneous)
+
+
+def test_fewer_synergies_show_the_nearest_posture_they_can_make(grasp):
+    state = LiveState.of(grasp).with_problem(replace(grasp.problem, n_synergies=1))
+    assert state.sigma.shape == (1,)
+    assert not state.offset.any()
+    full = LiveState.of(grasp)
+    posture = full.problem.synergies.joint_angles(full.sigma) + full.offset
+    assert np.allclose(state.sigma, state.problem.synergies.coordinates(posture))
+
+
+@pytest.mark.parametrize("synergy", [0, 1])
+def test_closing_stops_each_finger_at_the_surface(grasp, synergy):
+    path = close_along(grasp, synergy)
+    last = gp.Grasp(grasp.problem, path.postures[-1], grasp.palm_pose, grasp.delta_sigma)
+    for frame, gap in zip(grasp.problem.frames, last.contacts.gaps, strict=True):
+        if frame.name in path.touched:
+            assert abs(gap) < 1e-6
+    assert set(path.touched) | set(path.missed) == {frame.name for frame in grasp.problem.frames}
+    hand = grasp.problem.hand
+    assert (path.postures >= hand.lower - 1e-12).all()
+    assert (path.postures <= hand.upper + 1e-12).all()
+
+
+def test_the_approach_ends_in_the_grasp_and_begins_away_from_it(grasp):
+    path = approach(grasp, 20)
+    assert np.array_equal(path[-1], grasp.joint_angles)
+    first = gp.Grasp(grasp.problem, path[0], grasp.palm_pose, grasp.delta_sigma)
+    assert np.median(first.contacts.gaps) > 0.005
+    assert np.abs(np.diff(path, axis=0)).max() < 0.3
+
+
+def ellipsoid(*lengths):
+    return Ellipsoid(np.eye(3), np.array(lengths, dtype=float), 1, bool(np.isinf(lengths).any()))
+
+
+@pytest.mark.parametrize(
+    ("lengths", "cut", "word"),
+    [
+        ((2.0, 1.5, 1.0), 0, "closed"),
+        ((900.0, 1.5, 1.0), 1, "900"),
+        ((np.inf, 1.5, 1.0), 1, "tube"),
+        ((np.inf, np.inf, 1.0), 2, "plates"),
+        ((np.inf, np.inf, np.inf), 3, "every direction"),
+    ],
+)
+def test_ellipsoids_are_drawn_as_what_they_are(lengths, cut, word):
+    shape = shapes.ellipsoid_shape(ellipsoid(*lengths))
+    assert len(shape.cut_axes) == cut
+    assert word in shape.note
+    if not len(shape.vertices):
+        return
+    assert np.isfinite(shape.vertices).all()
+    assert np.abs(shape.vertices).max() < 2 * shapes.HALF_LENGTH
+    # Every point lies on the surface x² / l² = const.
+    inverse = np.where(np.isfinite(lengths), 1.0 / np.square(lengths), 0.0)
+    level = (shape.vertices**2) @ inverse
+    assert np.allclose(level, level[0], rtol=1e-6)
+
+
+def test_the_cone_has_the_angle_of_friction():
+    vertices, faces = shapes.cone_mesh(0.8, 0.02)
+    rim = vertices[np.isclose(vertices[:, 2], 0.02)]
+    assert np.linalg.norm(rim[:, :2], axis=1).max() == pytest.approx(0.8 * 0.02)
+    assert faces.min() >= 0
+    assert faces.max() < len(vertices)
+
+
+def test_the_card_says_feasible_or_why_not(grasp):
+    assert "FEASIBLE" in text.verdict_card(grasp)
+    pushed = pin.SE3(grasp.palm_pose)
+    pushed.translation = pushed.translation + np.array([0.004, 0.0, 0.0])
+    broken = gp.Grasp(grasp.problem, grasp.joint_angles, pushed, grasp.delta_sigma)
+    card = text.verdict_card(broken)
+    assert "NOT FEASIBLE" in card
+    assert "off the surface by up to" in card
+    assert "mm" in card
+
+
+def test_unknown_violations_are_shown_with_their_unit(grasp):
+    assert text.reason("self_clearance_m", 0.002) == "self clearance violated by 2 mm"
+    assert text.quantity("something_rad", np.pi) == "180 °"
+
+
+def test_nothing_foreign_reaches_the_page_unescaped(grasp):
+    card = text.verdict_card(grasp, "<img src=x onerror=alert(1)>")
+    assert "<img" not in card
+    overlay = text.export_overlay(grasp, "<script>alert(1)</script>")
+    assert "<script" not in overlay
+
+
+def test_all_numbers_of_all_requirements_are_listed(grasp):
+    table = text.violation_table(grasp)
+    for name in grasp.violations:
+        assert text.readable(name) in table
+    assert text.joint_table(grasp).count("\n") == len(grasp.problem.hand.joint_names) + 1
+    assert "friction cone" in text.contact_details(grasp, 0)
+    assert text.compare_table(grasp, grasp).count("|") > 20
+
+
+def test_results_are_ranked_feasible_first(grasp):
+    session = Session(grasp)
+    worse = gp.Grasp(grasp.problem, grasp.joint_angles, grasp.palm_pose, 2.0 * grasp.delta_sigma)
+    assert session.add_result(worse)
+    assert session.add_result(grasp)
+    assert session.results[0] is grasp
+    session.show_result(99)
+    assert session.shown == 1
+
+
+def test_the_presets_are_those_of_the_paper():
+    presets = paper_presets()
+    kinds = {(preset.n_synergies, preset.task, preset.force_weight) for preset in presets.values()}
+    assert {(n, f"force:+{axis}", 1e-6) for n in (1, 2, 3, 15) for axis in "xy"} <= kinds
+    assert {preset.force_weight for preset in presets.values()} == {1e-9, 1e-6, 1.0}
+    assert next(iter(presets.values())).problem().n_synergies == 1
+
+
+def test_torques_are_drawn_along_the_joint_axes(grasp):
+    arrows = torque_arrows(grasp)
+    lengths = np.linalg.norm(arrows[:, 1] - arrows[:, 0], axis=1)
+    assert np.allclose(lengths, look.TORQUE_SCALE * np.abs(grasp.joint_torques))
+
+
+def test_clearances_are_shown_where_a_grasp_knows_them(grasp):
+    near = SimpleNamespace(
+        kind="link_object",
+        link_a="index_medial",
+        link_b="object",
+        distance=-0.002,
+        point_a=np.zeros(3),
+        point_b=np.ones(3),
+        exempt=False,
+    )
+    far = SimpleNamespace(**{**vars(near), "link_a": "palm", "distance": 0.2})
+    meant = SimpleNamespace(**{**vars(near), "link_a": "index_distal", "exempt": True})
+    knowing = SimpleNamespace(clearances=(near, far, meant))
+    found = link_clearances(knowing)
+    assert found["index_medial"] == (-0.002, "object")
+    assert found["palm"] == (0.2, "object")
+    assert "index_distal" not in found
+    assert closest_lines(knowing).shape == (1, 2, 3)
+    assert closest_lines(SimpleNamespace()).shape == (0, 2, 3)
