@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import click
 import numpy as np
 
+from .clearance_options import ClearanceOptions
 from .exceptions import InvalidValueError
 from .hand import Hand, load_hand
 from .objects import parse_object
@@ -17,6 +19,9 @@ from .spatial import Array, readonly
 from .task import parse_task
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+
+CLEARANCES = ("links", "joint-centres", "none")
+"""Values of ``--clearance``."""
 
 DEFAULT_OBJECT = "cylinder:radius=0.03,height=0.15,mass=0.2"
 
@@ -48,6 +53,18 @@ def problem_options(command: Command) -> Command:
             "--contact-set",
             default=None,
             help="Contact set of the hand, for instance point or sphere [default: the hand's first].",
+        ),
+        click.option("--contacts", default=None, help="Contacts of the set that touch, as name,name,… [default: all]."),
+        click.option(
+            "--clearance",
+            type=click.Choice(CLEARANCES),
+            default="links",
+            show_default=True,
+            help="What keeps clear: links of the object and of each other with Remark 1; joint centres of the object "
+            "with Remark 1, the paper's own; nothing, the paper's plain problem.",
+        ),
+        click.option(
+            "--ground", type=float, default=None, help="Height of a table no link may enter [m] [default: none]."
         ),
         click.option(
             "--w-force", type=float, default=1e-6, show_default=True, help="Weight w_F of the grasping force F [1/N]."
@@ -81,7 +98,7 @@ def search_options(command: Command) -> Command:
     options = [
         click.option("--starts", type=int, default=40, show_default=True, help="Most starts."),
         click.option(
-            "--enough", type=int, default=4, show_default=True, help="Feasible grasps after which the best is taken."
+            "--enough", type=int, default=2, show_default=True, help="Feasible grasps after which the best is taken."
         ),
         click.option(
             "--max-iterations", type=int, default=200, show_default=True, help="Most iterations of each phase."
@@ -103,6 +120,9 @@ def problem_from_options(
     n_synergies: int,
     synergy_set: str | None,
     contact_set: str | None,
+    contacts: str | None,
+    clearance: str,
+    ground: float | None,
     w_force: float,
     w_task: float,
     friction: float,
@@ -119,6 +139,10 @@ def problem_from_options(
     """
     loaded = load_hand(hand)
     defaults = loaded.description.compliance
+    if clearance == "none":
+        avoided = replace(ClearanceOptions.off(), ground=ground)
+    else:
+        avoided = ClearanceOptions(ground=ground, link_object="geometry" if clearance == "links" else "joint_centres")
     parameters = GraspParameters(
         friction=friction,
         structural_compliance=_given(structural_compliance, defaults.structural),
@@ -137,6 +161,8 @@ def problem_from_options(
         parameters=parameters,
         synergy_set=synergy_set,
         contact_set=contact_set,
+        contacts=None if contacts is None else tuple(name.strip() for name in contacts.split(",")),
+        clearance=avoided,
     )
 
 

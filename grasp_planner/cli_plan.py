@@ -108,6 +108,7 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         ("F", f"{grasp.force_norm:.4f} N (floor at these contacts {grasp.force_norm_floor:.4f} N)"),
         ("C", f"{grasp.task_index:.4g}"),
         *_task_rows(grasp),
+        ("clearance", _clearance_text(grasp)),
         ("force closure", f"{'yes' if grasp.force_closed else 'no'}, margin {grasp.force_closure_margin:.3f}"),
         ("σ [rad]", " ".join(f"{value:+.4f}" for value in grasp.sigma)),
         (
@@ -123,6 +124,17 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
     console.print(_contact_table(grasp))
     console.print(_joint_table(grasp))
     console.print(_violation_table(grasp))
+
+
+def _clearance_text(grasp: Grasp) -> str:
+    """Say what overlaps, and whether that was to be avoided."""
+    problem = grasp.problem
+    overlaps = [
+        f"{what} by {1e3 * grasp.collisions[name]:.1f} mm{'' if name in problem.clearance.requirements else ' (allowed)'}"
+        for name, what in (("link_object_m", "links overlap the object"), ("self_collision_m", "links overlap links"))
+        if grasp.collisions[name] > 1e-6
+    ]
+    return "; ".join(overlaps) or "no link overlaps the object or another link"
 
 
 def _set_name(grasp: Grasp) -> str:

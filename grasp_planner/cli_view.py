@@ -8,12 +8,14 @@ from pathlib import Path
 
 import click
 
+from .exceptions import InvalidValueError
 from .grasp import Grasp
 from .record import grasp_from_record, read_grasp_record
 
 DEFAULT_PORT = 8080
 
 RESULT = click.Path(exists=False, dir_okay=False, path_type=Path)
+RESULT_OR_RUN = click.Path(exists=False, path_type=Path)
 
 
 def _read(path: Path) -> Grasp:
@@ -22,20 +24,31 @@ def _read(path: Path) -> Grasp:
 
 
 @click.command("view")
-@click.argument("result", type=RESULT, required=False)
+@click.argument("result", type=RESULT_OR_RUN, required=False)
+@click.option("--row", type=click.IntRange(min=0), default=None, help="Row of a batch run, if RESULT is its folder.")
 @click.option("--port", type=click.IntRange(0, 65535), default=DEFAULT_PORT, show_default=True, help="0 for any free.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
 @click.option("--allow-remote", is_flag=True, help="Allow an address that other machines can reach.")
 @click.option("--no-open", is_flag=True, help="Do not open the browser.")
-def view(result: Path | None, port: int, host: str, allow_remote: bool, no_open: bool) -> None:
+def view(result: Path | None, row: int | None, port: int, host: str, allow_remote: bool, no_open: bool) -> None:
     """Open the interactive viewer in the browser.
 
-    Shows the grasp of the file RESULT, or a good one to begin with.
+    Shows the grasp of the file RESULT, or row K of the batch run in the folder RESULT with --row K, or a good one
+    to begin with.
     """
     from .viewer import GraspViewer
     from .viewer.server import LOOPBACK
 
-    grasp = None if result is None else _read(result)
+    if row is not None and (result is None or not result.is_dir()):
+        raise InvalidValueError("--row", row, "a row of a batch run: give its folder as RESULT")
+    if result is None:
+        grasp = None
+    elif result.is_dir():
+        from .batch import load_row
+
+        grasp = grasp_from_record(load_row(result, row or 0))
+    else:
+        grasp = _read(result)
     viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote)
     if host not in LOOPBACK:
         click.echo(

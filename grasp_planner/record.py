@@ -6,166 +6,33 @@ import json
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal
 
 import numpy as np
 import pinocchio as pin
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ValidationError
 
 from .clearance_check import ClearanceKind, least_distance
-from .clearance_options import ClearanceOptions, LinkObjectMode
+from .clearance_options import ClearanceOptions
 from .exceptions import FileFormatError
 from .grasp import Grasp, SearchReport
 from .hand import Hand, load_hand
 from .objects import parse_object
 from .problem import GraspParameters, GraspProblem
+from .record_layout import (
+    ClearanceOptionsRecord,
+    ClearanceRecord,
+    ContactRecord,
+    GraspRecord,
+    ParameterRecord,
+    PoseRecord,
+    TaskRecord,
+    ViolationRecord,
+)
 from .spatial import readonly
 from .task import parse_task
 
 MAX_RECORD_BYTES = 5_000_000
 """Largest grasp file that is read."""
-
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Optional = Number | None
-Vector3 = tuple[Number, Number, Number]
-Vector6 = tuple[Number, Number, Number, Number, Number, Number]
-
-
-class _Record(BaseModel):
-    """Frozen record that refuses unknown keys."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class TaskRecord(_Record):
-    """One task direction and how well the grasp transmits it."""
-
-    text: str = Field(description="text form, for instance force:0,1,0")
-    kind: Literal["force", "torque", "twist"]
-    direction: Vector6 = Field(description="unit direction in O, linear part first")
-    weight: Number
-    transmission_ratio: Optional = Field(description="α or β; null where infinite")
-    alignment_angle_deg: Optional = Field(description="angle to the ellipsoid's longest axis; null if undefined")
-    alignment_degenerate: bool
-
-
-class PoseRecord(_Record):
-    """A pose in O."""
-
-    position: Vector3 = Field(description="m")
-    quaternion_xyzw: tuple[Number, Number, Number, Number]
-
-
-class ContactRecord(_Record):
-    """One contact, in O."""
-
-    name: str
-    link: str
-    frame: str
-    radius: Number = Field(description="fingertip radius, m")
-    point: Vector3 = Field(description="m")
-    normal: Vector3 = Field(description="unit, into the object")
-    gap: Number = Field(description="m")
-    force: Vector3 = Field(description="of the hand on the object, N")
-    normal_force: Number = Field(description="N")
-    friction_margin: Number = Field(description="μ f_n − |f_t|, N")
-
-
-class ClearanceOptionsRecord(_Record):
-    """What had to keep clear of what."""
-
-    link_object: LinkObjectMode = Field(description="Remark 2: real geometry, joint centres only, or off")
-    self_collision: bool
-    tip_patch: bool
-    remark1: bool = Field(description="abduction angles keep their order")
-    margin: Number = Field(description="m")
-    ground: Optional = Field(description="height of the ground along the direction opposite to gravity, m")
-
-
-class ClearanceRecord(_Record):
-    """The closest pair of a kind, by exact distances; in O."""
-
-    kind: Literal["link_object", "self_collision", "ground"]
-    link_a: str
-    link_b: str = Field(description="a link, object or ground")
-    distance: Number = Field(description="negative if they overlap, m")
-    point_a: Vector3 = Field(description="m")
-    point_b: Vector3 = Field(description="m")
-
-
-class ParameterRecord(_Record):
-    """Parameters of the model."""
-
-    mu: Number
-    C_s: Number = Field(description="m/N")
-    C_q: Number | list[Number] = Field(description="rad/(N m)")
-    K_c: Number = Field(description="N/m")
-    w_F: Number
-    w_C: Number
-    gravity: Vector3 = Field(description="m/s²")
-    torque_model: Literal["total", "internal"]
-    synergy_set: str | None
-    contact_set: str
-    clearance: ClearanceOptionsRecord = Field(default_factory=lambda: _clearance_options(ClearanceOptions.off()))
-
-
-class ViolationRecord(_Record):
-    """Largest violation of every requirement; those of clearance only where asked for."""
-
-    surface_m: Number
-    region_m: Number
-    friction_n: Number
-    joint_limit_rad: Number
-    compliance_rad: Number
-    equilibrium_n: Number
-    equilibrium_nm: Number
-    link_object_m: Optional = None
-    joint_centre_m: Optional = None
-    self_collision_m: Optional = None
-    ground_m: Optional = None
-    tip_patch: Optional = None
-    abduction_order_rad: Optional = None
-
-
-class GraspRecord(_Record):
-    """A planned grasp. Frame O: the object's centre of mass; P: the palm."""
-
-    schema_version: Literal[1] = 1
-    hand: str
-    object: str
-    task: list[TaskRecord] = Field(min_length=1)
-    n_synergies: int = Field(ge=1)
-    feasible: bool
-    status: Literal["feasible", "infeasible", "cancelled"]
-    message: str
-    force_closed: bool
-    force_closure_margin: Optional = Field(description="internal force inside the cones per unit mean f_n")
-    iterations: int = Field(ge=0, description="of phase two, from the start that gave the grasp")
-    phase_one_iterations: int = Field(ge=0)
-    evaluations: int = Field(ge=0, description="over all starts")
-    starts_tried: int = Field(ge=0)
-    starts_feasible: int = Field(ge=0)
-    time_s: Number
-    seed: int
-    objective: Number = Field(description="w_F F + w_C C")
-    force_norm: Number = Field(description="F, N")
-    force_norm_floor: Optional = Field(description="least F at these contacts, N; null if there is none")
-    task_index: Number = Field(description="C")
-    transmission_ratios: list[Optional]
-    alignment_angle_deg: Optional = Field(description="of the first task direction")
-    alignment_degenerate: bool
-    sigma: list[Number] = Field(description="rad")
-    delta_sigma: list[Number] = Field(description="rad")
-    joint_names: list[str]
-    joint_angles: list[Number] = Field(description="q, rad")
-    reference_joint_angles: list[Number] = Field(description="q_r, rad")
-    joint_torques: list[Number] = Field(description="Jᵀ f, N m")
-    palm_pose: PoseRecord = Field(description="of P in O")
-    contacts: list[ContactRecord] = Field(min_length=3)
-    external_wrench: Vector6 = Field(description="on the object in O; N, N m")
-    parameters: ParameterRecord
-    violations: ViolationRecord
-    clearances: list[ClearanceRecord] = Field(default=[], description="the closest pair of every kind")
 
 
 def _number(value: float) -> float | None:

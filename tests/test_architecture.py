@@ -45,6 +45,7 @@ LAYERS = (
     "planner",
     "retreat",
     "why_not",
+    "record_layout",
     "record",
     "meshes",
     "picture",

@@ -212,8 +212,8 @@ def test_terms_follow_the_options():
     assert not TERMS & {term.name for term in problem_constraints(off)}
     evaluator, x = next(states(off, 1))
     assert evaluator.evaluate(x).clearance is None
-    default = gp.GraspProblem(HANDS["dlr_hit_ii_right"], gp.Sphere())
-    assert {term.name for term in problem_constraints(default)} & TERMS == TERMS - {"ground"}
+    full = gp.GraspProblem(HANDS["dlr_hit_ii_right"], gp.Sphere(), clearance=gp.ClearanceOptions())
+    assert {term.name for term in problem_constraints(full)} & TERMS == TERMS - {"ground"}
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -96,13 +98,13 @@ def test_without_clearance_collisions_are_reported_but_do_not_count(on_ground):
     assert grasp.collisions["link_object_m"] > 0.01
     assert "link_object_m" not in grasp.violations
     assert gp.grasp_record(grasp).violations.link_object_m is None
-    counted = gp.Grasp(gp.GraspProblem(HAND, gp.Sphere(0.03)), np.zeros(15), pose, np.zeros(3))
+    counted = gp.Grasp(replace(plain, clearance=gp.ClearanceOptions()), np.zeros(15), pose, np.zeros(3))
     assert counted.violations["link_object_m"] == pytest.approx(grasp.collisions["link_object_m"])
 
 
 def test_opposition_of_a_pinch():
     """Normals that balance leave no residual; its derivative equals differences where the shares are interior."""
-    given = gp.GraspProblem(HAND, gp.Sphere(0.03), n_synergies=3, contact_set="sphere")
+    given = gp.GraspProblem(HAND, gp.Sphere(0.03), n_synergies=3, contact_set="sphere", clearance=gp.ClearanceOptions())
     start = gp.standard_start(given)
     evaluator = StateEvaluator(given, start.palm_pose)
     x = evaluator.pack(start.joint_angles, start.palm_pose, start.delta_sigma)

@@ -112,7 +112,6 @@ def test_callback_sees_every_iteration_and_the_history_is_kept(right):
     records = []
     problem = gp.GraspProblem(right, gp.Sphere(), n_synergies=15)
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=1), callback=records.append)
-    assert len(records) == grasp.search.iterations + grasp.search.phase_one_iterations
     assert [record.iteration for record in records if record.phase == "two"] == list(
         range(1, grasp.search.iterations + 1)
     )

@@ -115,7 +115,7 @@ def test_compliance_of_the_hand_is_the_default(tendon):
         hand=tendon, grasp_object=sphere, n_synergies=4, parameters=gp.GraspParameters(joint_compliance=0.2)
     )
     np.testing.assert_array_equal(given.joint_compliance, np.full(7, 0.2))
-    with pytest.raises(gp.InvalidValueError, match="1 or 7 numbers"):
+    with pytest.raises(gp.InvalidValueError, match=r"shape \(7,\)"):
         parameters = gp.GraspParameters(joint_compliance=(0.1, 0.2))
         _ = gp.GraspProblem(hand=tendon, grasp_object=sphere, n_synergies=4, parameters=parameters).joint_compliance
     with pytest.raises(gp.InvalidValueError, match="from 1 to 4"):

@@ -122,7 +122,7 @@ def test_defaults_parse(kind):
         ("capsul:radius=0.1", "did you mean 'capsule'"),
         ("capsule:radius=-1", "radius"),
         ("ellipsoid:x=nan", "x"),
-        ("ellipsoid:a=0.1", "existing: mass, x, y, z"),
+        ("ellipsoid:a=0.1", "existing: x, y, z, mass"),
         ("sphere:radius=0.1,radius=0.2", "given once"),
         ("sphere:0.1", "key=value"),
         ("mesh", "mesh:FILE"),
