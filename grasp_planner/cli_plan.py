@@ -128,12 +128,12 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
 
 def _clearance_text(grasp: Grasp) -> str:
     """Say what overlaps, and whether that was to be avoided."""
-    problem = grasp.problem
-    overlaps = [
-        f"{what} by {1e3 * grasp.collisions[name]:.1f} mm{'' if name in problem.clearance.requirements else ' (allowed)'}"
-        for name, what in (("link_object_m", "links overlap the object"), ("self_collision_m", "links overlap links"))
-        if grasp.collisions[name] > 1e-6
-    ]
+    wanted = grasp.problem.clearance.requirements
+    overlaps = []
+    for name, what in (("link_object_m", "links overlap the object"), ("self_collision_m", "links overlap links")):
+        if grasp.collisions[name] > FEASIBILITY_TOLERANCE:
+            note = "" if name in wanted else " (allowed)"
+            overlaps.append(f"{what} by {1e3 * grasp.collisions[name]:.1f} mm{note}")
     return "; ".join(overlaps) or "no link overlaps the object or another link"
 
 

@@ -18,7 +18,7 @@ import pinocchio as pin
 from ..exceptions import InvalidValueError
 from ..grasp import Grasp
 from ..hand import Hand
-from ..record import GraspRecord
+from ..record_layout import GraspRecord
 from ..spatial import Array
 from .errors import ResultsError
 from .results import load_grasps, load_rows

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from ..exceptions import InvalidValueError
 from ..grasp import Grasp
 from ..hand import Hand, load_hand
-from ..record import GraspRecord, grasp_from_record
+from ..record import grasp_from_record
+from ..record_layout import GraspRecord
 from .arrow import read_part, schema_of, table_of
 from .errors import BatchDependencyError, ResultsError
 from .rows import record_of

@@ -10,7 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from ..grasp import Grasp
-from ..record import GraspRecord, grasp_record
+from ..record import grasp_record
+from ..record_layout import GraspRecord
 from .case import GraspCase, scalar_setting_types
 
 Row = dict[str, Any]
