@@ -25,70 +25,74 @@ CLEARANCES = ("links", "joint-centres", "none")
 
 DEFAULT_OBJECT = "cylinder:radius=0.03,height=0.15,mass=0.2"
 
+GRASP_OPTIONS = (
+    click.option(
+        "--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file (TOML)."
+    ),
+    click.option(
+        "--object",
+        "object_text",
+        default=DEFAULT_OBJECT,
+        show_default=True,
+        help="Object as shape:key=value,… in SI units.",
+    ),
+    click.option(
+        "--task",
+        "tasks",
+        multiple=True,
+        default=("force:+y",),
+        show_default=True,
+        help="Direction to transmit: force|torque|twist, a signed axis or x,y,z, optionally *weight. Repeatable.",
+    ),
+    click.option("--synergies", "n_synergies", type=int, default=3, show_default=True, help="Number of synergies."),
+    click.option("--synergy-set", default=None, help="Synergy set of the hand [default: the hand's]."),
+    click.option(
+        "--contact-set",
+        default=None,
+        help="Contact set of the hand, for instance point or sphere [default: the hand's first].",
+    ),
+    click.option("--contacts", default=None, help="Contacts of the set that touch, as name,name,… [default: all]."),
+    click.option(
+        "--clearance",
+        type=click.Choice(CLEARANCES),
+        default="links",
+        show_default=True,
+        help="What keeps clear: links of the object and of each other with Remark 1; joint centres of the object "
+        "with Remark 1, the paper's own; nothing, the paper's plain problem.",
+    ),
+    click.option("--ground", type=float, default=None, help="Height of a table no link may enter [m] [default: none]."),
+)
+"""What is grasped, by what, for what, and what keeps clear."""
+
+MODEL_OPTIONS = (
+    click.option(
+        "--w-force", type=float, default=1e-6, show_default=True, help="Weight w_F of the grasping force F [1/N]."
+    ),
+    click.option("--w-task", type=float, default=1.0, show_default=True, help="Weight w_C of the task index C."),
+    click.option("--friction", type=float, default=0.8, show_default=True, help="Coefficient of friction μ."),
+    click.option("--structural-compliance", type=float, default=None, help="C_s [m/N] [default: the hand's]."),
+    click.option("--joint-compliance", type=float, default=None, help="C_q [rad/(N m)] [default: the hand's]."),
+    click.option("--contact-stiffness", type=float, default=None, help="K_c [N/m] [default: the hand's]."),
+    click.option(
+        "--gravity",
+        default=f"0,0,-{STANDARD_GRAVITY}",
+        show_default=True,
+        help="Gravity x,y,z in the object frame [m/s²].",
+    ),
+    click.option(
+        "--torque-model",
+        type=click.Choice(["total", "internal"]),
+        default="total",
+        show_default=True,
+        help="Torque that bends the soft joints: of the total contact force, or the internal one (eq. 33).",
+    ),
+)
+"""Weights and parameters of the model."""
+
 
 def problem_options(command: Command) -> Command:
     """Add the options that describe a problem to a command."""
-    options = [
-        click.option(
-            "--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file (TOML)."
-        ),
-        click.option(
-            "--object",
-            "object_text",
-            default=DEFAULT_OBJECT,
-            show_default=True,
-            help="Object as shape:key=value,… in SI units.",
-        ),
-        click.option(
-            "--task",
-            "tasks",
-            multiple=True,
-            default=("force:+y",),
-            show_default=True,
-            help="Direction to transmit: force|torque|twist, a signed axis or x,y,z, optionally *weight. Repeatable.",
-        ),
-        click.option("--synergies", "n_synergies", type=int, default=3, show_default=True, help="Number of synergies."),
-        click.option("--synergy-set", default=None, help="Synergy set of the hand [default: the hand's]."),
-        click.option(
-            "--contact-set",
-            default=None,
-            help="Contact set of the hand, for instance point or sphere [default: the hand's first].",
-        ),
-        click.option("--contacts", default=None, help="Contacts of the set that touch, as name,name,… [default: all]."),
-        click.option(
-            "--clearance",
-            type=click.Choice(CLEARANCES),
-            default="links",
-            show_default=True,
-            help="What keeps clear: links of the object and of each other with Remark 1; joint centres of the object "
-            "with Remark 1, the paper's own; nothing, the paper's plain problem.",
-        ),
-        click.option(
-            "--ground", type=float, default=None, help="Height of a table no link may enter [m] [default: none]."
-        ),
-        click.option(
-            "--w-force", type=float, default=1e-6, show_default=True, help="Weight w_F of the grasping force F [1/N]."
-        ),
-        click.option("--w-task", type=float, default=1.0, show_default=True, help="Weight w_C of the task index C."),
-        click.option("--friction", type=float, default=0.8, show_default=True, help="Coefficient of friction μ."),
-        click.option("--structural-compliance", type=float, default=None, help="C_s [m/N] [default: the hand's]."),
-        click.option("--joint-compliance", type=float, default=None, help="C_q [rad/(N m)] [default: the hand's]."),
-        click.option("--contact-stiffness", type=float, default=None, help="K_c [N/m] [default: the hand's]."),
-        click.option(
-            "--gravity",
-            default=f"0,0,-{STANDARD_GRAVITY}",
-            show_default=True,
-            help="Gravity x,y,z in the object frame [m/s²].",
-        ),
-        click.option(
-            "--torque-model",
-            type=click.Choice(["total", "internal"]),
-            default="total",
-            show_default=True,
-            help="Torque that bends the soft joints: of the total contact force, or the internal one (eq. 33).",
-        ),
-    ]
-    for option in reversed(options):
+    for option in reversed((*GRASP_OPTIONS, *MODEL_OPTIONS)):
         command = option(command)
     return command
 
