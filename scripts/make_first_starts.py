@@ -12,9 +12,20 @@ import sys
 from pathlib import Path
 
 import grasp_planner
-from grasp_planner import Cylinder, GraspProblem, PlannerOptions, load_hand, plan_grasp
+from grasp_planner import (
+    ClearanceOptions,
+    Cylinder,
+    GraspParameters,
+    GraspProblem,
+    PlannerOptions,
+    load_hand,
+    plan_grasp,
+)
 from grasp_planner.viewer.first_grasp import start_entry
 
+SYNERGY_SET = "native_clear"
+FORCE_WEIGHT = 1e-4
+"""Weight of F, larger than the paper's, so that the page opens with a gentle grasp."""
 TARGET = Path(grasp_planner.__file__).parent / "viewer" / "first_starts.json"
 
 
@@ -22,7 +33,14 @@ def main() -> None:
     """Plan a grasp for every number of synergies and keep the feasible ones."""
     entries = []
     for n_synergies in [int(text) for text in sys.argv[1:]] or [3, 15]:
-        problem = GraspProblem(load_hand(), Cylinder(), n_synergies=n_synergies)
+        problem = GraspProblem(
+            load_hand(),
+            Cylinder(),
+            n_synergies=n_synergies,
+            synergy_set=SYNERGY_SET,
+            parameters=GraspParameters(force_weight=FORCE_WEIGHT),
+            clearance=ClearanceOptions(),
+        )
         grasp = plan_grasp(problem, options=PlannerOptions(starts=200, enough=4))
         print(f"{n_synergies} synergies: {grasp.verdict}, F = {grasp.force_norm:.3g} N")
         if grasp.feasible:

@@ -67,10 +67,14 @@ def show_synergies(viewer: GraspViewer, page: Page) -> None:
 
 
 def show_plan(viewer: GraspViewer, page: Page) -> None:
-    """Plan, and show the ranked results beside the pinned first grasp."""
+    """Plan from the pinned grasp, and show the ranked results."""
+    first = viewer.session.pinned or viewer.session.grasp
+    viewer.worker.submit(lambda: viewer.session.show(first))
+    viewer.worker.drain(60.0)
     viewer.grasp_panel.unpin.value = True
     tab(page, "Plan")
-    viewer.plan.enough.value, viewer.plan.starts.value = 3, 30
+    viewer.plan.from_here.value = True
+    viewer.plan.enough.value, viewer.plan.starts.value = 2, 5
     viewer.plan.plan.value = True
     wait_for(lambda: viewer.planning.busy)
     wait_for(lambda: not viewer.planning.busy, 240.0)

@@ -17,6 +17,7 @@ from ..spatial import Array
 from ..starts import standard_start
 from . import text
 from .closing import approach, close_along
+from .draw_grasp import fitting_scale
 from .draw_hand import pose_of
 from .first_grasp import first_grasp
 from .panel_display import DisplayPanel
@@ -101,7 +102,8 @@ class GraspViewer:
             self.plan = PlanPanel(gui)
             self.problem = ProblemPanel(gui, lambda: self._later(self._apply_problem, "problem"))
         with tabs.add_tab("View"):
-            self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"))
+            scale = fitting_scale(self.session.grasp)
+            self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"), scale)
         with tabs.add_tab("Share"):
             self.share = SharePanel(self.server, self.session, self._later)
 

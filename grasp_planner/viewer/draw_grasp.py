@@ -245,6 +245,12 @@ class GraspDrawing:
         )
 
 
+def fitting_scale(grasp: Grasp) -> float:
+    """Return the scale at which the largest contact force of a grasp is drawn well [mm/N]."""
+    largest = float(np.linalg.norm(grasp.forces, axis=1).max())
+    return float(np.clip(round(look.GOOD_ARROW_MM / max(largest, 1e-3)), 5.0, 150.0))
+
+
 def _segments(begin: Array, end: Array) -> Array:
     """Return arrows from begin to end, of shape (n, 2, 3)."""
     return np.stack([begin, end], axis=1).astype(np.float32)

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..exceptions import FileFormatError
 from ..grasp import Grasp
 from .closing import approach
-from .draw_grasp import DisplayOptions
+from .draw_grasp import DisplayOptions, fitting_scale
 from .picture3d import Picture
 from .server import LocalServer
 from .session import Preview, Session
@@ -37,7 +37,7 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
         session = Session(grasp)
         picture = Picture(server)
         picture.aim(grasp)
-        options = DisplayOptions()
+        options = DisplayOptions(force_scale=fitting_scale(grasp))
         picture.draw(session, options)
         server.flush()
         time.sleep(0.05)

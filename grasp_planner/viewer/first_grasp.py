@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ..clearance_options import ClearanceOptions
 from ..grasp import Grasp
-from ..hand import load_hand
+from ..hand import Hand, load_hand
 from ..objects import Cylinder
 from ..planner import PlannerOptions, plan_grasp
-from ..problem import GraspProblem
+from ..problem import GraspParameters, GraspProblem
 from ..starts import GraspStart
 
 TIME_LIMIT_S = 8.0
@@ -27,7 +28,7 @@ def first_grasp() -> Grasp:
     attempts = []
     for entry in known:
         if tuple(entry["joint_names"]) == hand.joint_names:
-            problem = GraspProblem(hand, Cylinder(), n_synergies=entry["n_synergies"], contact_set=entry["contact_set"])
+            problem = _problem(hand, entry)
             start = _start(problem, entry)
             grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
             if grasp.feasible:
@@ -40,6 +41,19 @@ def first_grasp() -> Grasp:
             return grasp
     problem = GraspProblem(hand, Cylinder(), n_synergies=hand.n_joints)
     return plan_grasp(problem, options=PlannerOptions(enough=1, time_limit_s=TIME_LIMIT_S))
+
+
+def _problem(hand: Hand, entry: dict[str, Any]) -> GraspProblem:
+    """Return the problem of an entry."""
+    return GraspProblem(
+        hand,
+        Cylinder(),
+        n_synergies=entry["n_synergies"],
+        contact_set=entry["contact_set"],
+        synergy_set=entry["synergy_set"],
+        parameters=GraspParameters(force_weight=entry["force_weight"]),
+        clearance=ClearanceOptions(),
+    )
 
 
 def _start(problem: GraspProblem, entry: dict[str, Any]) -> GraspStart:
@@ -59,6 +73,8 @@ def start_entry(grasp: Grasp) -> dict[str, Any]:
     return {
         "n_synergies": problem.n_synergies,
         "contact_set": problem.contact_set or problem.hand.contact_set_names[0],
+        "synergy_set": problem.synergy_set,
+        "force_weight": problem.parameters.force_weight,
         "joint_names": list(problem.hand.joint_names),
         "joint_angles": grasp.joint_angles.tolist(),
         "position": np.array(grasp.palm_pose.translation).tolist(),

@@ -38,6 +38,8 @@ TASK_LENGTH = 0.085
 """Length of the task arrow [m]."""
 FORCE_SCALE_MM = 30.0
 """Length of a force arrow [mm/N]."""
+GOOD_ARROW_MM = 50.0
+"""Length of the largest force arrow of the grasp a page opens with [mm]."""
 LONGEST_ARROW = 0.15
 """Longest arrow drawn, whatever the force [m]."""
 TORQUE_SCALE = 0.2

@@ -31,12 +31,12 @@ BOXES = (
 class DisplayPanel:
     """Check boxes of everything drawn, and the scale of forces."""
 
-    def __init__(self, gui: viser.GuiApi, changed: Callable[[], None]) -> None:
+    def __init__(self, gui: viser.GuiApi, changed: Callable[[], None], force_scale: float) -> None:
         initial = DisplayOptions()
         self.boxes: dict[str, viser.GuiCheckboxHandle] = {}
         for name, label, hint in BOXES:
             self.boxes[name] = gui.add_checkbox(label, bool(getattr(initial, name)), hint=hint or None)
-        self.force_scale = gui.add_slider("Force arrows mm/N", 5.0, 150.0, 1.0, initial.force_scale)
+        self.force_scale = gui.add_slider("Force arrows mm/N", 5.0, 150.0, 1.0, force_scale)
         self.notes = gui.add_markdown("")
         for widget in self.boxes.values():
             widget.on_update(lambda _: changed())

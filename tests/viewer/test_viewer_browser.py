@@ -195,7 +195,12 @@ def test_an_exported_page_opens_offline_with_numbers_and_animation(browser, gras
     assert "A <b>title</b>" in text
     assert "FEASIBLE" in text
     assert "thumb" in text
+    # The time box of the playback bar: from the open hand to the closed one.
+    time_box = opened.page.locator("input").first
+    time_box.fill("0.1")
+    opened.page.wait_for_timeout(1000)
     first = opened.page.evaluate(TURN, "/hand/joint_1/joint_2")
+    time_box.fill("1.4")
     opened.page.wait_for_function(
         "([name, first]) => window.__viserMutable.nodeRefFromName[name].quaternion.toArray()"
         ".some((value, i) => Math.abs(value - first[i]) > 0.005)",
