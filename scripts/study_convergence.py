@@ -1,0 +1,146 @@
+"""Study of convergence: the same seeded starts through variants of the search; prints a Markdown table.
+
+Usage: python scripts/study_convergence.py [--starts N] [--synergy-set NAME] [--counts 1,2,3,5,15]
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+import grasp_planner as gp
+from grasp_planner import program
+
+Variant = Callable[[gp.GraspProblem, gp.GraspStart], gp.Grasp]
+ONE = gp.PlannerOptions(starts=1)
+
+
+def single(problem: gp.GraspProblem, start: gp.GraspStart, **options: object) -> gp.Grasp:
+    """Plan from one start."""
+    return gp.plan_grasp(problem, start=start, options=replace(ONE, **options))
+
+
+@contextmanager
+def unscaled() -> Iterator[None]:
+    """Switch the scaling of variables off."""
+    names = ("JOINT_SCALE", "TRANSLATION_SCALE", "ROTATION_SCALE", "UNIT_FORCE_ARM")
+    kept = {name: getattr(program, name) for name in names}
+    for name in names:
+        setattr(program, name, 1.0)
+    program.UNIT_FORCE_ARM = 1e-5  # δσ in rad: the scale 1/(arm · K_c) becomes one
+    try:
+        yield
+    finally:
+        for name, value in kept.items():
+            setattr(program, name, value)
+
+
+def without_scaling(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
+    """Both phases in plain SI units."""
+    with unscaled():
+        return single(problem, start, phase_one=True)
+
+
+def chained(problems: list[gp.GraspProblem], start: gp.GraspStart) -> gp.Grasp:
+    """Solve problems one after the other, each from the result of the one before."""
+    grasp = None
+    for problem in problems:
+        if grasp is not None:
+            delta_sigma = np.zeros(problem.n_synergies)
+            n = min(problem.n_synergies, grasp.problem.n_synergies)
+            delta_sigma[:n] = grasp.delta_sigma[:n]
+            start = gp.GraspStart(grasp.joint_angles, grasp.palm_pose, delta_sigma)
+        elif len(start.delta_sigma) != problem.n_synergies:
+            start = replace(start, delta_sigma=np.zeros(problem.n_synergies))
+        grasp = single(problem, start, phase_one=True)
+    assert grasp is not None
+    return grasp
+
+
+def fewer_synergies(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
+    """Continuation in n_s from 15 down."""
+    steps = [n for n in (15, 8, 5, 3, 2, 1) if n > problem.n_synergies] + [problem.n_synergies]
+    return chained([replace(problem, n_synergies=n) for n in steps], start)
+
+
+def less_compliance(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
+    """Continuation in the joint compliance, from ten times as soft."""
+    softer = [replace(problem.parameters, joint_compliance=value) for value in (1.0, 0.3)]
+    return chained([*(replace(problem, parameters=each) for each in softer), problem], start)
+
+
+def less_friction(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
+    """Continuation in friction, from μ = 1.6."""
+    rougher = [replace(problem.parameters, friction=value) for value in (1.6, 1.1)]
+    return chained([*(replace(problem, parameters=each) for each in rougher), problem], start)
+
+
+def less_force(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
+    """Continuation in the weights, from w_F/w_C a thousand times larger."""
+    heavier = [
+        replace(problem.parameters, force_weight=factor * problem.parameters.force_weight) for factor in (1e3, 30)
+    ]
+    return chained([*(replace(problem, parameters=each) for each in heavier), problem], start)
+
+
+VARIANTS: dict[str, Variant] = {
+    "phase two alone": lambda p, s: single(p, s, phase_one=False),
+    "phase one, then two": lambda p, s: single(p, s, phase_one=True),
+    "… without scaling of the variables": without_scaling,
+    "… tolerance 1e-5": lambda p, s: single(p, s, phase_one=True, tolerance=1e-5),
+    "… tolerance 1e-11": lambda p, s: single(p, s, phase_one=True, tolerance=1e-11),
+    "… at most 400 iterations": lambda p, s: single(p, s, phase_one=True, max_iterations=400),
+    "… from the mean posture": lambda p, s: single(p, replace(s, joint_angles=p.synergies.mean), phase_one=True),
+    "continuation in n_s": fewer_synergies,
+    "continuation in compliance": less_compliance,
+    "continuation in friction": less_friction,
+    "continuation in weights": less_force,
+}
+
+
+def main() -> None:
+    """Run every variant and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--starts", type=int, default=24)
+    parser.add_argument("--synergy-set", default="native")
+    parser.add_argument("--counts", default="1,2,3,5,15")
+    arguments = parser.parse_args()
+    hand = gp.load_hand()
+    print(
+        f"{arguments.starts} random starts each; synergy set {arguments.synergy_set}; the paper's cylinder, force along y"
+    )
+    print(
+        "\n| n_s | variant | feasible | iterations | evaluations per feasible start | s per feasible start | best z |"
+    )
+    print("|---|---|---|---|---|---|---|")
+    for n_s in (int(text) for text in arguments.counts.split(",")):
+        problem = gp.GraspProblem(hand, gp.Cylinder(), n_synergies=n_s, synergy_set=arguments.synergy_set)
+        for name, variant in VARIANTS.items():
+            rng = np.random.default_rng(0)
+            starts = [gp.random_start(problem, rng) for _ in range(arguments.starts)]
+            began = time.process_time()
+            grasps = [variant(problem, start) for start in starts]
+            spent = time.process_time() - began
+            good = [grasp for grasp in grasps if grasp.feasible]
+            evaluations = sum(grasp.search.evaluations for grasp in grasps if grasp.search)
+            iterations = [grasp.search.iterations for grasp in good if grasp.search]
+            cells = [
+                f"{n_s}",
+                name,
+                f"{len(good)}/{len(grasps)}",
+                f"{statistics.median(iterations):.0f}" if good else "–",
+                f"{evaluations / len(good):.0f}" if good and "continuation" not in name else "–",
+                f"{spent / len(good):.2f}" if good else "–",
+                f"{min(grasp.objective for grasp in good):.2e}" if good else "–",
+            ]
+            print(f"| {' | '.join(cells)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
