@@ -37,6 +37,12 @@ class PlanControl:
         self._stop_animation, self._report = stop_animation, report
         self.planning = PlanningProcess()
         self._object_pose = pin.SE3.Identity()
+        self._moves = 0
+
+    @property
+    def _followed(self) -> bool:
+        """Whether the picture may follow the search: not after the user has moved something meanwhile."""
+        return self.session.moves == self._moves
 
     def start_preset(self) -> None:
         """Plan a figure of the paper."""
@@ -69,7 +75,7 @@ class PlanControl:
         )
         if not self.planning.start(request, events):
             return
-        self._object_pose = session.live.object_pose
+        self._object_pose, self._moves = session.live.object_pose, session.moves
         session.results, session.seed = [], Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
         plan.set_running(True)
         plan.status.content = "starting …"
@@ -82,14 +88,15 @@ class PlanControl:
         message = f"start {last.start + 1}, phase {last.phase}, iteration {last.iteration}"
         self.panel.status.content = message
         problem = request.problem
-        if not any(grasp.feasible for grasp in session.results) and problem.hand is session.problem.hand:
+        found = any(grasp.feasible for grasp in session.results)
+        if self._followed and not found and problem.hand is session.problem.hand:
             q = np.clip(last.joint_angles, problem.hand.lower, problem.hand.upper)
             preview = Grasp(problem, q, pin.SE3(last.palm_pose), np.zeros(problem.n_synergies))
             session.preview, session.dirty = Preview(preview, f"Searching: {message}"), True
 
     def _add_result(self, grasp: Grasp) -> None:
         """Show a result if it is the best so far, unless the user is moving something else."""
-        if self.session.add_result(grasp) and grasp.feasible:
+        if self.session.add_result(grasp) and grasp.feasible and self._followed:
             self.session.show_result(0, self._object_pose)
         self.session.dirty = True
 
@@ -101,7 +108,7 @@ class PlanControl:
             self._report(message)
         session = self.session
         session.preview, session.dirty = None, True
-        if session.results and outcome == "done":
+        if session.results and outcome == "done" and self._followed:
             session.show_result(0, self._object_pose)
 
     def browse(self) -> None:

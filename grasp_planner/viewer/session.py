@@ -43,11 +43,12 @@ class Session:
         note: Where the grasp shown comes from.
         dirty: Whether the page is behind.
         version: Counts the changes that did not come from the sliders and gizmos; these have to follow then.
-        problem_version: The same for the widgets of the problem.
+        moves: Counts what the user has moved or changed.
+        problem_version: As version, for the widgets of the problem.
     """
 
     def __init__(self, grasp: Grasp, note: str = "") -> None:
-        self.version = self.problem_version = 0
+        self.version = self.problem_version = self.moves = 0
         self.dirty = self._moved = False
         self.preview: Preview | None = None
         self.automatic_squeeze = True
@@ -161,6 +162,7 @@ class Session:
         self.dirty = True
         self.preview = None
         if moved:
+            self.moves += 1
             self.shown = None
             self.note = note
 
