@@ -13,6 +13,7 @@ from .cli_bench import bench
 from .cli_hand import hand_group
 from .cli_plan import plan
 from .cli_reproduce import reproduce
+from .cli_synergies import synergies_group
 from .cli_view import export, view
 from .exceptions import GraspPlannerError
 
@@ -45,5 +46,16 @@ def main() -> None:
     """Plan and understand task-specific grasps of synergy-driven robot hands."""
 
 
-for command in (plan, view, export, reproduce, bench, batch_command, report_command, export_command, hand_group):
+for command in (
+    plan,
+    view,
+    export,
+    reproduce,
+    bench,
+    batch_command,
+    report_command,
+    export_command,
+    hand_group,
+    synergies_group,
+):
     main.add_command(command)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import trimesh
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LightSource, to_rgb
@@ -14,8 +15,10 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from .exceptions import FileFormatError
 from .grasp import Grasp
+from .hand import Hand
 from .meshes import link_meshes, link_placements, object_mesh
 from .spatial import Array
+from .synergies import SynergySpace
 from .task import Ellipsoid, transmission_ellipsoid
 
 HAND_COLOUR = "#8d99ae"
@@ -45,11 +48,7 @@ def save_picture(grasp: Grasp, path: Path, *, title: str | None = None) -> None:
     Raises:
         FileFormatError: If the file can't be written.
     """
-    figure = draw_grasp(grasp, title=title)
-    try:
-        figure.savefig(path, format="png", dpi=120)
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
+    _write_png(draw_grasp(grasp, title=title), path)
 
 
 def draw_grasp(grasp: Grasp, *, title: str | None = None) -> Figure:
@@ -83,19 +82,42 @@ def draw_scene(axes: Any, grasp: Grasp) -> None:
         grasp: The grasp.
     """
     problem = grasp.problem
-    placements = link_placements(problem.hand, grasp.joint_angles, grasp.palm_pose)
-    corners = []
-    for link in link_meshes(problem.hand):
-        mesh = link.mesh.copy()
-        mesh.apply_transform(placements[link.geometry_id].homogeneous)
-        colour = PALM_COLOUR if link.link == problem.hand.description.palm.link else HAND_COLOUR
-        add_mesh(axes, mesh, colour, 0.55)
-        corners.append(mesh.bounds)
+    corners = _draw_hand(axes, problem.hand, grasp.joint_angles, grasp.palm_pose, 0.55)
     add_mesh(axes, object_mesh(problem.grasp_object), OBJECT_COLOUR, 0.35)
     corners.append(object_mesh(problem.grasp_object).bounds)
     _draw_forces(axes, grasp)
     _draw_tasks(axes, grasp)
     frame_axes(axes, np.vstack(corners))
+
+
+def save_synergy_strip(hand: Hand, space: SynergySpace, path: Path) -> None:
+    """Draw the hand along each synergy, from −2 to +2 standard deviations, into a PNG file.
+
+    Args:
+        hand: The hand.
+        space: The synergies to draw, one row each.
+        path: File to write.
+
+    Raises:
+        FileFormatError: If the file can't be written.
+    """
+    steps = (-2.0, -1.0, 0.0, 1.0, 2.0)
+    figure = Figure(figsize=(2.4 * len(steps), 2.6 * space.n_synergies), layout="constrained")
+    FigureCanvasAgg(figure)
+    deviation = np.full(space.n_synergies, 0.3) if space.variance is None else np.sqrt(space.variance)
+    for k in range(space.n_synergies):
+        for column, step in enumerate(steps):
+            axes = figure.add_subplot(space.n_synergies, len(steps), k * len(steps) + column + 1, projection="3d")
+            sigma = np.zeros(space.n_synergies)
+            sigma[k] = step * deviation[k]
+            posture = np.clip(space.joint_angles(sigma), hand.lower, hand.upper)
+            corners = _draw_hand(axes, hand, posture, pin.SE3.Identity(), 1.0)
+            frame_axes(axes, np.vstack(corners))
+            axes.set_axis_off()
+            axes.view_init(elev=20.0, azim=35.0)
+            axes.set_title(f"σ{k + 1} = {sigma[k]:+.2f} rad", fontsize=9)
+    figure.suptitle(f"{space.name}: from −2 to +2 standard deviations along each synergy")
+    _write_png(figure, path)
 
 
 def ellipsoid_mesh(ellipsoid: Ellipsoid) -> tuple[trimesh.Trimesh, bool]:
@@ -119,6 +141,27 @@ def ellipsoid_mesh(ellipsoid: Ellipsoid) -> tuple[trimesh.Trimesh, bool]:
     transform[:3, :3] = ellipsoid.axes
     mesh.apply_transform(transform)
     return mesh, cut
+
+
+def _draw_hand(axes: Any, hand: Hand, q: Array, palm_in_object: pin.SE3, opacity: float) -> list[Array]:
+    """Draw the links of a hand; return the corners of their bounding boxes."""
+    placements = link_placements(hand, q, palm_in_object)
+    corners = []
+    for link in link_meshes(hand):
+        mesh = link.mesh.copy()
+        mesh.apply_transform(placements[link.geometry_id].homogeneous)
+        colour = PALM_COLOUR if link.link == hand.description.palm.link else HAND_COLOUR
+        add_mesh(axes, mesh, colour, opacity)
+        corners.append(mesh.bounds)
+    return corners
+
+
+def _write_png(figure: Figure, path: Path) -> None:
+    """Write a figure."""
+    try:
+        figure.savefig(path, format="png", dpi=120)
+    except OSError as error:
+        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
 
 
 def _summary(grasp: Grasp) -> str:

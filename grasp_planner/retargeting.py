@@ -5,11 +5,12 @@ B. Siciliano ("Postural synergies of the UB Hand IV for human-like grasping", Ro
 2014), who map measured human fingertips to a robot hand and take the principal components there. Three things are
 asked of it, in the sense of least squares, within the joint limits:
 
-* each of the four fingers reaches, from its own base, the scaled human fingertip;
-* the vectors from the thumb's tip to the other four tips are the scaled human ones, turned by a fixed angle about
-  the hand's y axis. A robot's thumb may stand elsewhere than a human one, for instance in front of the palm instead
-  of beside it; it then opposes in another direction within the planes of the fingers, and a free wrist makes up
-  for that;
+* each of the four fingers reaches, from its own base, the human fingertip scaled by the ratio of finger lengths;
+* the vectors from the thumb's tip to the other four tips are the scaled human ones, in one of two senses. A robot's
+  thumb may stand elsewhere than a human one, for instance in front of the palm instead of beside it, and then opposes
+  in another direction within the planes of the fingers; a free wrist makes up for that. So either all vectors are
+  turned by one fixed angle about the hand's y axis, or only what does not depend on such a tilt counts: their
+  lengths and their y components;
 * a little pull towards a rest posture, which decides what is left open.
 
 This module knows no robot: it takes any function that returns fingertip positions and their Jacobian.
@@ -31,6 +32,7 @@ FingertipFunction = Callable[[Array], tuple[Array, Array]]
 """q [rad] (n_q,) -> fingertips [m] (5, 3) and their Jacobian [m/rad] (5, 3, n_q), palm frame, thumb first."""
 
 _LENGTH = 0.01  # residuals of positions are counted in centimetres
+_SMALLEST_DISTANCE = 1e-5  # [m], smooths |v| at 0
 
 
 @dataclass(frozen=True)
@@ -40,22 +42,28 @@ class FingerCorrespondence:
     Attributes:
         human_bases: Where the four fingers' vectors start on the human hand [m], of shape (4, 3).
         robot_bases: Where they start on the robot hand [m], of shape (4, 3).
-        scale: Robot over human size.
-        opposition_tilt: Angle by which the vectors from the thumb to the fingers are turned about y [rad]; negative
-            where the robot's thumb stands farther in front of the palm.
+        finger_scale: Robot over human length of each finger, of shape (4,).
+        opposition_scale: Scale of the vectors from the thumb's tip to the other tips.
+        opposition_tilt: Angle by which these are turned about y [rad], negative where the robot's thumb stands
+            farther in front of the palm; None if only their lengths and y components count.
     """
 
     human_bases: Array
     robot_bases: Array
-    scale: float = 1.0
-    opposition_tilt: float = 0.0
+    finger_scale: Array
+    opposition_scale: float
+    opposition_tilt: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "human_bases", finite_array("human_bases", self.human_bases, (4, 3)))
         object.__setattr__(self, "robot_bases", finite_array("robot_bases", self.robot_bases, (4, 3)))
-        positive("scale", self.scale)
-        if not np.isfinite(self.opposition_tilt):
-            raise InvalidValueError("opposition_tilt", self.opposition_tilt, "a finite angle [rad]")
+        scale = finite_array("finger_scale", self.finger_scale, (4,))
+        if not (scale > 0.0).all():
+            raise InvalidValueError("finger_scale", scale.tolist(), "numbers > 0")
+        object.__setattr__(self, "finger_scale", scale)
+        positive("opposition_scale", self.opposition_scale)
+        if self.opposition_tilt is not None and not np.isfinite(self.opposition_tilt):
+            raise InvalidValueError("opposition_tilt", self.opposition_tilt, "a finite angle [rad], or None")
 
     def targets(self, human_tips: Array) -> tuple[Array, Array]:
         """Return what a robot posture has to meet.
@@ -64,12 +72,12 @@ class FingerCorrespondence:
             human_tips: Human fingertips [m], thumb first, of shape (5, 3).
 
         Returns:
-            Positions for the four fingertips [m], of shape (4, 3), and for the vectors from the thumb's tip to them
-            [m], of shape (4, 3).
+            Positions for the four fingertips [m], and the vectors from the thumb's tip to them [m], each of
+            shape (4, 3).
         """
-        fingers = self.robot_bases + self.scale * (human_tips[1:] - self.human_bases)
-        turn = rotation_exp(np.array([0.0, self.opposition_tilt, 0.0]))
-        return fingers, self.scale * (human_tips[1:] - human_tips[0]) @ turn.T
+        fingers = self.robot_bases + self.finger_scale[:, None] * (human_tips[1:] - self.human_bases)
+        turn = rotation_exp(np.array([0.0, self.opposition_tilt or 0.0, 0.0]))
+        return fingers, self.opposition_scale * (human_tips[1:] - human_tips[0]) @ turn.T
 
 
 @dataclass(frozen=True)
@@ -78,7 +86,7 @@ class RetargetingWeights:
 
     Attributes:
         fingers: Weight of the four fingers' own vectors.
-        opposition: Weights of the vectors from the thumb to index, middle, ring and little finger.
+        opposition: Weights of the thumb's vectors to index, middle, ring and little finger.
         rest: Weight of the pull towards the rest posture.
     """
 
@@ -102,7 +110,7 @@ class Retargeting:
     Attributes:
         joint_angles: Robot postures [rad], of shape (N, n_q).
         finger_errors: Distances of the four fingertips from their targets [m], of shape (N, 4).
-        opposition_errors: Distances of the four vectors from the thumb from theirs [m], of shape (N, 4).
+        opposition_errors: Errors of the four distances of the thumb [m], signed, of shape (N, 4).
     """
 
     joint_angles: Array
@@ -120,7 +128,8 @@ def retarget_postures(
 ) -> Retargeting:
     """Find the robot postures that do with the fingertips what human postures do.
 
-    Every posture is solved from the rest posture, so that the result does not depend on their order.
+    Every posture is solved from the rest posture, so that the result does not depend on the order of the
+    postures and the thumb stays on the side it starts from.
 
     Args:
         fingertips: The robot's fingertips and their Jacobian; see :data:`FingertipFunction`.
@@ -147,7 +156,7 @@ def retarget_postures(
     postures = np.empty((len(tips), n_q))
     finger_errors, opposition_errors = np.empty((len(tips), 4)), np.empty((len(tips), 4))
     for row, human in enumerate(tips):
-        problem = _Posture(fingertips, correspondence.targets(human), start, weights)
+        problem = _Posture(fingertips, correspondence, human, start, weights)
         postures[row] = problem.solve(lower, upper)
         finger_errors[row], opposition_errors[row] = problem.errors(postures[row])
     return Retargeting(readonly(postures), readonly(finger_errors), readonly(opposition_errors))
@@ -159,14 +168,17 @@ class _Posture:
     def __init__(
         self,
         fingertips: FingertipFunction,
-        targets: tuple[Array, Array],
+        correspondence: FingerCorrespondence,
+        human: Array,
         rest: Array,
         weights: RetargetingWeights,
     ) -> None:
         self.fingertips, self.rest = fingertips, rest
-        self.finger_target, self.opposition_target = targets
+        self.finger_target, self.opposition_target = correspondence.targets(human)
+        self.any_tilt = correspondence.opposition_tilt is None
+        self.distance = _smooth_norm(self.opposition_target)
         self.finger_weight = weights.fingers / _LENGTH
-        self.opposition_weight = np.array(weights.opposition)[:, None] / _LENGTH
+        self.opposition_weight = np.array(weights.opposition) / _LENGTH
         self.rest_weight = weights.rest
 
     def solve(self, lower: Array, upper: Array) -> Array:
@@ -178,31 +190,45 @@ class _Posture:
     def residuals(self, q: Array) -> Array:
         """Return the weighted residuals."""
         position, _ = self.fingertips(q)
+        across = position[1:] - position[0]
         return np.concatenate(
             [
                 self.finger_weight * (position[1:] - self.finger_target).ravel(),
-                (self.opposition_weight * (position[1:] - position[0] - self.opposition_target)).ravel(),
+                (self.opposition_weight[:, None] * self._opposition(across)).ravel(),
                 self.rest_weight * (q - self.rest),
             ]
         )
 
     def jacobian(self, q: Array) -> Array:
         """Return the derivatives of the residuals."""
-        _, jacobian = self.fingertips(q)
+        position, jacobian = self.fingertips(q)
+        across, moving = position[1:] - position[0], jacobian[1:] - jacobian[0]
+        if self.any_tilt:
+            direction = across / _smooth_norm(across)[:, None]
+            moving = np.stack([np.einsum("fi,fij->fj", direction, moving), moving[:, 1]], axis=1)
         n_q = len(q)
         return np.vstack(
             [
-                self.finger_weight * jacobian[1:].reshape(12, n_q),
-                (self.opposition_weight[..., None] * (jacobian[1:] - jacobian[0])).reshape(12, n_q),
+                self.finger_weight * jacobian[1:].reshape(-1, n_q),
+                (self.opposition_weight[:, None, None] * moving).reshape(-1, n_q),
                 self.rest_weight * np.eye(n_q),
             ]
         )
 
+    def _opposition(self, across: Array) -> Array:
+        """Return the errors of the thumb's vectors [m]: of shape (4, 3), or (4, 2) for length and y."""
+        if not self.any_tilt:
+            return across - self.opposition_target
+        return np.column_stack([_smooth_norm(across) - self.distance, across[:, 1] - self.opposition_target[:, 1]])
+
     def errors(self, q: Array) -> tuple[Array, Array]:
-        """Return the errors of the fingertips and of the thumb's vectors [m], each of shape (4,)."""
+        """Return the errors of the fingertips and of the thumb's distances [m], each of shape (4,)."""
         position, _ = self.fingertips(q)
-        across = position[1:] - position[0]
-        return (
-            np.linalg.norm(position[1:] - self.finger_target, axis=1),
-            np.linalg.norm(across - self.opposition_target, axis=1),
-        )
+        distance = np.linalg.norm(position[1:] - position[0], axis=1)
+        wanted = np.linalg.norm(self.opposition_target, axis=1)
+        return np.linalg.norm(position[1:] - self.finger_target, axis=1), distance - wanted
+
+
+def _smooth_norm(vectors: Array) -> Array:
+    """Return lengths of vectors (..., 3), differentiable at zero [m]."""
+    return np.sqrt((vectors * vectors).sum(axis=-1) + _SMALLEST_DISTANCE**2)

@@ -1,8 +1,7 @@
 """Make the human synergy sets of the DLR/HIT II: human postures, retargeted by fingertips, then PCA.
 
-Human joint angles are drawn from published means and covariances, a human hand turns them into fingertips, those
-in which the thumb opposes index and middle finger are kept, inverse kinematics finds robot postures that do the
-same, and their principal components are the synergies. The constants below are explained where they stand
+Human joint angles are drawn from published means and covariances, a human hand turns them into fingertips, inverse
+kinematics finds robot postures that do the same, and their principal components are the synergies. The constants are explained where they stand
 and in urdf/dlr_hit_ii/synergies/human/README.md.
 
 Usage: python scripts/make_human_synergies.py [--check]
@@ -11,6 +10,7 @@ Usage: python scripts/make_human_synergies.py [--check]
 from __future__ import annotations
 
 import argparse
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,10 +35,6 @@ SEED = 0
 POSTURES = 600
 FINGERS = ("index", "middle", "ring", "little")
 
-# The mean posture of the thumb's base. The zeros of the gloves' thumb angles are not published, so that their
-# means say nothing; here the thumb opposes the fingers in the mean.
-THUMB_REST = (np.radians(95.0), np.radians(55.0))  # rotation, abduction
-HUMAN = HumanHand(thumb_base_depth=0.06, thumb_pronation=np.radians(18.0))
 # Abduction of the fingers: mean separations of GraspIt!'s human hand; the robot has +-15 deg where people have
 # about +-30, so that deviations are halved.
 MEAN_ABDUCTION = np.radians([7.5, 10.1, 7.7])
@@ -47,14 +43,77 @@ ABDUCTION_GAIN = 0.5
 HUMAN_RANGE = np.radians(
     [[-180, -20, -20, 0, *[-5] * 3, *[-15] * 4, *[-5] * 4], [180, 75, 85, 120, *[35] * 3, *[90] * 4, *[110] * 4]]
 )
-# Kept: the thumb at most so far from index and middle, its pulp and theirs at least so much face to face.
-MAX_APERTURE = 0.13  # [m]
-MIN_COSINE = 0.3
-# Robot: distance to the joint limits left for the springs [deg] (abd, mcp, pip), rest posture [deg].
+# Robot: distance to the joint limits left for the springs [deg] (abd, mcp, pip).
 LIMIT_MARGIN = np.radians([1.0, 5.0, 5.0])
-REST = np.radians([-8.0, 20.0, 45.0, *[0.0, 25.0, 35.0] * 4])
-OPPOSITION_SCALE = 1.1
-WEIGHTS = RetargetingWeights(fingers=1.0, opposition=(1.5, 1.5, 0.75, 0.75), rest=0.5)
+REST_FINGERS = [0.0, 25.0, 35.0] * 4  # [deg]
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """How the human thumb is put, and how a posture is carried over.
+
+    Attributes:
+        suffix: Ending of the file's name.
+        thumb_rest: Mean rotation and abduction of the thumb [deg]. The zeros of the gloves' thumb angles are not
+            published, so that their means say nothing; here the thumb opposes the fingers in the mean.
+        hand: The human hand, with the thumb's base and pronation.
+        opposed: Largest distance of the thumb from index and middle finger [m], and smallest cosine between their
+            pulps and the way across, of the postures kept; None keeps all.
+        finger_scale: Scale of the fingers' own vectors; None takes the ratio of finger lengths, finger by finger.
+        opposition_scale: Scale of the thumb's vectors to the other tips.
+        tilt: Angle by which these are turned about y [deg]; None leaves it free.
+        weights: What counts how much.
+        rest_thumb: Thumb of the robot's rest posture [deg].
+        note: The choice in words.
+    """
+
+    suffix: str
+    thumb_rest: tuple[float, float]
+    hand: HumanHand
+    opposed: tuple[float, float] | None
+    finger_scale: float | None
+    opposition_scale: float
+    tilt: float | None
+    weights: RetargetingWeights
+    rest_thumb: tuple[float, float, float]
+    note: str
+
+
+MAPPINGS = (
+    Mapping(
+        suffix="",
+        thumb_rest=(95.0, 55.0),
+        hand=HumanHand(thumb_base_depth=0.06, thumb_pronation=np.radians(18.0)),
+        opposed=(0.13, 0.3),
+        finger_scale=None,
+        opposition_scale=1.1,
+        tilt=None,
+        weights=RetargetingWeights(fingers=1.0, opposition=(1.5, 1.5, 0.75, 0.75), rest=0.5),
+        rest_thumb=(-8.0, 20.0, 45.0),
+        note=(
+            "kept: postures whose pulps face each other (cosine > 0.3), at most 130 mm apart; retargeted: finger\n"
+            "vectors by finger length, lengths and sideways offsets of the thumb's vectors to the other tips x 1.1\n"
+            "contacts only: the thumb comes from below the fingertips and folds up to its limit; around a cylinder\n"
+            "it passes through the object. Where links have to keep clear take the _clear set"
+        ),
+    ),
+    Mapping(
+        suffix="_clear",
+        thumb_rest=(100.0, 53.0),
+        hand=HumanHand(thumb_base_depth=0.0, thumb_pronation=np.radians(20.0)),
+        opposed=None,
+        finger_scale=1.13,
+        opposition_scale=1.13,
+        tilt=-40.0,
+        weights=RetargetingWeights(fingers=1.0, opposition=(1.75, 1.75, 0.15, 0.15), rest=0.5),
+        rest_thumb=(-10.0, 15.0, 40.0),
+        note=(
+            "retargeted: fingers' own vectors and the thumb's vectors to the other tips x 1.13, the latter turned by\n"
+            "-40 deg about y, because the robot's thumb stands in front of the palm; it closes from there with the\n"
+            "fingers, the object between them"
+        ),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -63,12 +122,13 @@ class Source:
 
     Attributes:
         name: Name of the set.
-        sample: Draws N human postures [rad], (N, 15) in the order of HUMAN_JOINTS.
+        sample: Draws N human postures [rad] about a mean thumb rotation and abduction [rad], (N, 15) in the order
+            of HUMAN_JOINTS.
         provenance: Where it comes from.
     """
 
     name: str
-    sample: Callable[[np.random.Generator, int], Array]
+    sample: Callable[[np.random.Generator, int, tuple[float, float]], Array]
     provenance: str
 
 
@@ -92,15 +152,15 @@ def santello_statistics() -> tuple[Array, Array]:
     return np.radians(table[:, 0]), table[:, 1:] @ np.diag(shares / 100.0 * total) @ table[:, 1:].T
 
 
-def sample_santello(rng: np.random.Generator, number: int) -> Array:
+def sample_santello(rng: np.random.Generator, number: int, thumb: tuple[float, float]) -> Array:
     """Draw human postures from Santello's mean and synergies, of shape (number, 15)."""
     mean, covariance = santello_statistics()
-    mean[[0, 3]] = THUMB_REST
+    mean[[0, 3]] = thumb
     mean[4:7] = MEAN_ABDUCTION
     return _bounded(_normal(rng, mean, covariance, number))
 
 
-def sample_uji(rng: np.random.Generator, number: int) -> Array:
+def sample_uji(rng: np.random.Generator, number: int, thumb: tuple[float, float]) -> Array:
     """Draw human postures from the UJI covariance about Santello's mean, of shape (number, 15)."""
     columns, rows = read_table("uji2019")
     covariance = np.array([rows[joint] for joint in columns]) * np.radians(1.0) ** 2
@@ -108,7 +168,7 @@ def sample_uji(rng: np.random.Generator, number: int) -> Array:
     mean[[0, 3]] = 0.0
     mean[4:7] = MEAN_ABDUCTION
     angles = _normal(rng, mean, covariance, number)
-    angles[:, 0], angles[:, 3] = thumb_from_carpometacarpal(THUMB_REST, angles[:, 0], angles[:, 3])
+    angles[:, 0], angles[:, 3] = thumb_from_carpometacarpal(thumb, angles[:, 0], angles[:, 3])
     return _bounded(angles)
 
 
@@ -141,38 +201,45 @@ SOURCES = (
     ),
 )
 HOW = """\
-thumb: the gloves' zeros are unknown; mean rotation {rotation:.0f} deg, abduction {abduction:.0f} deg and
-pronation {pronation:.0f} deg are chosen so that it opposes index and middle finger and, among such values,
-with a view to what one to three synergies can hold (a cylinder of 6 cm); kept are postures whose pulps
-face each other (cosine > {cosine:g}), at most {aperture:.0f} mm apart
-retargeted by fingertips, not joint by joint: finger vectors by length, thumb-to-finger distances and
-sideways offsets x {scale:g}; mean errors {finger:.1f} mm (fingers), {thumb:.1f} mm (thumb to index and middle)
+thumb: the gloves' zeros are unknown; mean rotation {mapping.thumb_rest[0]:.0f} deg, abduction
+{mapping.thumb_rest[1]:.0f} deg and pronation {pronation:.0f} deg are chosen so that it opposes index and middle finger
+and, among such values, with a view to what one to three synergies can hold (a cylinder of 6 cm)
+{mapping.note}
+mean errors {finger:.1f} mm (fingertips), {thumb:.1f} mm (thumb to index and middle)
 made by scripts/make_human_synergies.py: {number} postures, seed {seed}; PCA, orthonormal"""
 
 
-def opposed_fingertips(source: Source) -> Array:
-    """Return human fingertips of postures in which the thumb opposes the fingers [m], (POSTURES, 5, 3)."""
+def human_postures(source: Source, mapping: Mapping) -> Array:
+    """Return human fingertips of random postures [m], of shape (POSTURES, 5, 3)."""
     rng = np.random.default_rng(SEED)
+    thumb = (float(np.radians(mapping.thumb_rest[0])), float(np.radians(mapping.thumb_rest[1])))
     kept: list[Array] = []
     while sum(map(len, kept)) < POSTURES:
-        tips = human_fingertips(HUMAN, source.sample(rng, POSTURES))
+        tips = human_fingertips(mapping.hand, source.sample(rng, POSTURES, thumb))
+        if mapping.opposed is None:
+            return tips.position
         aperture, cosine = tips.opposition()
-        kept.append(tips.position[(aperture < MAX_APERTURE) & (cosine > MIN_COSINE)])
+        largest, smallest = mapping.opposed
+        kept.append(tips.position[(aperture < largest) & (cosine > smallest)])
     return np.concatenate(kept)[:POSTURES]
 
 
-def correspondence(hand: gp.Hand, kinematics: HandKinematics) -> FingerCorrespondence:
-    """Return how the human hand is laid over the robot's: by MCP joints and finger lengths."""
+def correspondence(mapping: Mapping, hand: gp.Hand, kinematics: HandKinematics) -> FingerCorrespondence:
+    """Return how the human hand is laid over the robot's, by the MCP joints."""
     data, straight = hand.model.createData(), np.zeros(hand.n_joints)
     pin.forwardKinematics(hand.model, data, hand.full_configuration(straight))
     joints = [hand.model.getJointId(f"{finger}_mcp") for finger in FINGERS]
     palm = hand.palm_in_root.inverse()
     bases = np.array([palm.act(data.oMi[joint].translation) for joint in joints])
     lengths = np.linalg.norm(kinematics.compute(straight).position[1:] - bases, axis=1)
-    return FingerCorrespondence(HUMAN.finger_bases, bases, lengths / HUMAN.finger_lengths, OPPOSITION_SCALE)
+    scale = lengths / mapping.hand.finger_lengths
+    if mapping.finger_scale is not None:
+        scale = np.full(len(FINGERS), mapping.finger_scale)
+    tilt = None if mapping.tilt is None else float(np.radians(mapping.tilt))
+    return FingerCorrespondence(mapping.hand.finger_bases, bases, scale, mapping.opposition_scale, tilt)
 
 
-def make(source: Source, hand: gp.Hand) -> gp.SynergySpace:
+def make(source: Source, mapping: Mapping, hand: gp.Hand) -> gp.SynergySpace:
     """Return the robot synergies of one source."""
     kinematics = HandKinematics(hand, hand.contact_frames("point"))
 
@@ -184,26 +251,22 @@ def make(source: Source, hand: gp.Hand) -> gp.SynergySpace:
     found = retarget_postures(
         fingertips,
         (hand.lower + margin, hand.upper - margin),
-        opposed_fingertips(source),
-        correspondence(hand, kinematics),
-        REST,
-        WEIGHTS,
+        human_postures(source, mapping),
+        correspondence(mapping, hand, kinematics),
+        np.radians([*mapping.rest_thumb, *REST_FINGERS]),
+        mapping.weights,
     )
     how = HOW.format(
-        rotation=np.degrees(THUMB_REST[0]),
-        abduction=np.degrees(THUMB_REST[1]),
-        pronation=np.degrees(HUMAN.thumb_pronation),
-        cosine=MIN_COSINE,
-        aperture=1e3 * MAX_APERTURE,
-        scale=OPPOSITION_SCALE,
+        mapping=mapping,
+        pronation=np.degrees(mapping.hand.thumb_pronation),
         finger=1e3 * found.finger_errors.mean(),
         thumb=1e3 * np.abs(found.opposition_errors[:, :2]).mean(),
         number=POSTURES,
         seed=SEED,
     )
-    return synergies_from_postures(
-        hand.joint_names, found.joint_angles, name=source.name, provenance=f"{source.provenance}\n{how}"
-    )
+    name = source.name + mapping.suffix
+    provenance = f"{source.provenance}\n{how}"
+    return synergies_from_postures(hand.joint_names, found.joint_angles, name=name, provenance=provenance)
 
 
 def main() -> None:
@@ -212,9 +275,9 @@ def main() -> None:
     parser.add_argument("--check", action="store_true", help="compare with the files instead of writing them")
     arguments = parser.parse_args()
     hand = gp.load_hand("dlr_hit_ii_right")
-    for source in SOURCES:
-        path = FOLDER / f"{source.name}.csv"
-        space = make(source, hand)
+    for source, mapping in itertools.product(SOURCES, MAPPINGS):
+        path = FOLDER / f"{source.name}{mapping.suffix}.csv"
+        space = make(source, mapping, hand)
         shares = ", ".join(f"{share:.3f}" for share in space.explained_variance()[:5])
         if arguments.check:
             same = np.allclose(gp.load_synergies(path).basis, space.basis, atol=1e-6)

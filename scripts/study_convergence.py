@@ -112,9 +112,7 @@ def main() -> None:
     parser.add_argument("--counts", default="1,2,3,5,15")
     arguments = parser.parse_args()
     hand = gp.load_hand()
-    print(
-        f"{arguments.starts} random starts each; synergy set {arguments.synergy_set}; the paper's cylinder, force along y"
-    )
+    print(f"{arguments.starts} random starts each; synergy set {arguments.synergy_set}; y task")
     print(
         "\n| n_s | variant | feasible | iterations | evaluations per feasible start | s per feasible start | best z |"
     )

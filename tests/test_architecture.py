@@ -64,6 +64,7 @@ LAYERS = (
     "cli_bench",
     "cli_reproduce",
     "cli_hand",
+    "cli_synergies",
     "cli_batch",
     "cli_view",
     "cli",

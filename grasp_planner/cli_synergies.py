@@ -1,0 +1,155 @@
+"""``grasp-planner synergies``: list the synergy sets of a hand, look at one, fit one from joint angles."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import click
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from .exceptions import FileFormatError, InvalidValueError, NameNotFoundError
+from .hand import Hand, load_hand
+from .synergies import SynergySpace, load_synergies, save_synergies, synergies_from_postures
+
+MAX_POSTURE_BYTES = 50_000_000
+"""Largest file of postures that is read."""
+
+HAND = click.option(
+    "--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file."
+)
+FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+@click.group("synergies")
+def synergies_group() -> None:
+    """Look at synergy sets and fit your own."""
+
+
+@synergies_group.command("list")
+@HAND
+def list_command(hand: str) -> None:
+    """List the synergy sets of a hand, with where they come from."""
+    loaded, console = load_hand(hand), Console()
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    for column in ("set", "variance of 1, 2, 3, 5 synergies", "provenance"):
+        table.add_column(column)
+    files = loaded.description.synergies
+    for name in loaded.synergy_set_names:
+        space = loaded.synergies(name)
+        marks = [mark for mark, of in (("default", files.default), ("clear", files.with_clearance)) if of == name]
+        label = f"{name} ({', '.join(marks)})" if marks else name
+        table.add_row(label, _shares(space), space.provenance)
+    console.print(table)
+
+
+@synergies_group.command("show")
+@click.argument("name")
+@HAND
+@click.option("--count", type=int, default=3, show_default=True, help="How many synergies to show.")
+@click.option("--picture", type=FILE, default=None, help="Draw the hand along each synergy into this PNG.")
+def show_command(name: str, hand: str, count: int, picture: Path | None) -> None:
+    """Show a synergy set: NAME of a set of the hand, or a file."""
+    loaded, console = load_hand(hand), Console()
+    space = _find(loaded, name)
+    shown = space.truncated(count)
+    table = Table(title=f"{space.name}: q̄ and synergies", box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
+    table.add_column("joint")
+    for column in ("q̄ [°]", *(f"s{k + 1}" for k in range(count))):
+        table.add_column(column, justify="right")
+    for joint, mean, row in zip(shown.joint_names, shown.mean, shown.basis, strict=True):
+        table.add_row(joint, f"{np.degrees(mean):.1f}", *(f"{value:+.3f}" for value in row))
+    console.print(table)
+    console.print(f"cumulative variance of 1, 2, 3, 5: {_shares(space)}")
+    console.print(space.provenance, style="dim", highlight=False)
+    if picture is not None:
+        from .picture import save_synergy_strip
+
+        save_synergy_strip(loaded, shown, picture)
+        console.print(f"picture: {picture}")
+
+
+@synergies_group.command("fit")
+@click.argument("postures", type=FILE)
+@HAND
+@click.option("--out", type=FILE, required=True, help="File of the new set (CSV).")
+@click.option("--name", default="fitted", show_default=True, help="Name of the new set.")
+@click.option("--degrees", is_flag=True, help="The angles are in degrees.")
+def fit_command(postures: Path, hand: str, out: Path, name: str, degrees: bool) -> None:
+    """Fit a set by principal components from a CSV of joint angles: a header of joint names, a posture a row."""
+    loaded, console = load_hand(hand), Console()
+    names, angles = read_postures(postures)
+    for joint in loaded.joint_names:
+        if joint not in names:
+            raise NameNotFoundError(f"joint in {postures}", joint, names)
+    columns = [names.index(joint) for joint in loaded.joint_names]
+    rows = angles[:, columns] * (np.pi / 180.0 if degrees else 1.0)
+    provenance = f"PCA over the {len(rows)} postures of {postures.name}"
+    space = synergies_from_postures(loaded.joint_names, rows, name=name, provenance=provenance)
+    try:
+        save_synergies(space, out)
+    except OSError as error:
+        raise FileFormatError(out, f"can't be written: {error.strerror}") from None
+    console.print(f"{len(rows)} postures; cumulative variance of 1, 2, 3, 5: {_shares(space)}; wrote {out}")
+
+
+def read_postures(path: Path) -> tuple[list[str], np.ndarray]:
+    """Read a CSV of joint angles.
+
+    Args:
+        path: File with a header of joint names and a posture in every row.
+
+    Returns:
+        Joint names, and angles of shape (N, number of columns) in the file's unit.
+
+    Raises:
+        FileFormatError: If it can't be read or a number is malformed; names row and column.
+    """
+    try:
+        if path.stat().st_size > MAX_POSTURE_BYTES:
+            raise FileFormatError(path, f"larger than the {MAX_POSTURE_BYTES} bytes allowed")
+        with path.open(encoding="utf-8", newline="") as stream:
+            table = [row for row in csv.reader(stream) if row and not row[0].startswith("#")]
+    except OSError as error:
+        raise FileFormatError(path, error.strerror or "can't be read") from None
+    except UnicodeDecodeError:
+        raise FileFormatError(path, "is not UTF-8 text") from None
+    if len(table) < 3:
+        raise FileFormatError(path, "needs a header of joint names and at least two postures")
+    header = [name.strip() for name in table[0]]
+    values = []
+    for number, row in enumerate(table[1:], start=2):
+        if len(row) != len(header):
+            raise FileFormatError(path, f"row {number}: {len(row)} columns instead of {len(header)}")
+        values.append([_angle(path, number, name, text) for name, text in zip(header, row, strict=True)])
+    return header, np.array(values)
+
+
+def _angle(path: Path, row: int, column: str, text: str) -> float:
+    """Return a finite number of the table."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value):
+        raise FileFormatError(path, f"row {row}, column {column!r}: {text!r} is not a finite number")
+    return value
+
+
+def _find(hand: Hand, name: str) -> SynergySpace:
+    """Return a set of the hand, or of a file."""
+    if name not in hand.synergy_set_names and Path(name).is_file():
+        return load_synergies(Path(name)).reordered(hand.joint_names)
+    return hand.synergies(name)
+
+
+def _shares(space: SynergySpace) -> str:
+    """Return the cumulative variances of the first 1, 2, 3 and 5 synergies."""
+    try:
+        shares = space.explained_variance()
+    except InvalidValueError:
+        return "not known"
+    return " ".join(f"{100 * shares[n - 1]:.0f} %" for n in (1, 2, 3, 5) if n <= space.n_synergies)
