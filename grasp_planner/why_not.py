@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -124,6 +124,7 @@ def explain_infeasibility(
     seed: int = 0,
     options: PlannerOptions | None = None,
     time_limit_s: float = 60.0,
+    only: Sequence[str] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Diagnosis:
     """Explain why planning found no feasible grasp, and solve for the smallest single change that would do.
@@ -138,6 +139,7 @@ def explain_infeasibility(
         seed: Seed of the trials.
         options: Search options of each trial; a few starts if left out.
         time_limit_s: Wall time after which no further parameter is tried [s].
+        only: Beginnings of the names of the parameters to try, for instance ``friction``; all if left out.
         cancel: Polled; True ends the search for changes.
 
     Returns:
@@ -154,6 +156,8 @@ def explain_infeasibility(
 
     changes, not_enough, not_tried = [], [], []
     for knob in _knobs(attempt.problem):
+        if only is not None and not knob.name.startswith(tuple(only)):
+            continue
         change = None if stopped() else _smallest_change(knob, least, seed, options, stopped)
         if change is not None:
             changes.append(change)

@@ -1,8 +1,8 @@
 """Make the human synergy sets of the DLR/HIT II: human postures, retargeted by fingertips, then PCA.
 
 Human joint angles are drawn from published means and covariances, a human hand turns them into fingertips, inverse
-kinematics finds robot postures that do the same, and their principal components are the synergies. The constants are explained where they stand
-and in urdf/dlr_hit_ii/synergies/human/README.md.
+kinematics finds robot postures that do the same, and their principal components are the synergies. The constants
+are explained where they stand and in urdf/dlr_hit_ii/synergies/human/README.md.
 
 Usage: python scripts/make_human_synergies.py [--check]
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -139,18 +140,29 @@ def test_wrong_sizes_are_refused():
         HumanHand(thumb_pronation=float("nan"))
 
 
-def test_a_reachable_posture_is_recovered(robot):
+@pytest.mark.parametrize("tilt", [0.0, None])
+def test_a_reachable_posture_is_recovered(robot, tilt):
     hand, fingertips = robot
     rng = np.random.default_rng(1)
     wanted = np.clip(REST + rng.uniform(-0.15, 0.15, (4, 15)), hand.lower + 0.02, hand.upper - 0.02)
     tips = np.array([fingertips(q)[0] for q in wanted])
-    found = retarget_postures(
-        fingertips, (hand.lower, hand.upper), tips, same_hand(fingertips), REST, RetargetingWeights(rest=1e-3)
-    )
+    laid = replace(same_hand(fingertips), opposition_tilt=tilt)
+    found = retarget_postures(fingertips, (hand.lower, hand.upper), tips, laid, REST, RetargetingWeights(rest=1e-3))
     assert found.finger_errors.max() < 1e-5
     assert np.abs(found.opposition_errors).max() < 1e-4
-    # The fingers' joints follow from their tips; distances leave the thumb a choice, which the rest decides.
-    assert found.joint_angles[:, 3:] == pytest.approx(wanted[:, 3:], abs=2e-3)
+    # Lengths and sideways offsets leave the thumb a choice, which the rest decides; whole vectors do not.
+    free = 0 if tilt is not None else 3
+    assert found.joint_angles[:, free:] == pytest.approx(wanted[:, free:], abs=2e-3)
+
+
+def test_tilt_turns_only_the_vectors_of_the_thumb(robot):
+    _, fingertips = robot
+    tips = fingertips(REST)[0]
+    fingers, across = replace(same_hand(fingertips), opposition_tilt=-np.pi / 2).targets(tips)
+    assert fingers == pytest.approx(tips[1:])
+    # z turns into -x, x into z.
+    wanted = tips[1:] - tips[0]
+    assert across == pytest.approx(np.column_stack([-wanted[:, 2], wanted[:, 1], wanted[:, 0]]))
 
 
 def test_the_result_keeps_the_limits_and_does_not_depend_on_the_order(robot):
@@ -178,6 +190,8 @@ def test_bad_input_is_refused(robot):
         retarget_postures(fingertips, (hand.upper, hand.lower), np.zeros((1, 5, 3)), laid, REST)
     with pytest.raises(gp.InvalidValueError, match="finger_scale"):
         FingerCorrespondence(np.zeros((4, 3)), np.zeros((4, 3)), np.zeros(4), 1.0)
+    with pytest.raises(gp.InvalidValueError, match="opposition_tilt"):
+        replace(laid, opposition_tilt=float("inf"))
     with pytest.raises(gp.InvalidValueError, match="opposition"):
         RetargetingWeights(opposition=(1.0, 1.0))
 

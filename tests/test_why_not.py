@@ -9,9 +9,9 @@ FEW = gp.PlannerOptions(starts=3, max_iterations=120)
 
 @pytest.fixture(scope="module")
 def slippery(right):
-    """Five synergies and next to no friction: every constraint but the cones can be met."""
-    parameters = gp.GraspParameters(friction=0.02)
-    return gp.plan_grasp(gp.GraspProblem(right, gp.Cylinder(), n_synergies=15, parameters=parameters), options=FEW)
+    """Three synergies and next to no friction."""
+    parameters = gp.GraspParameters(friction=0.05)
+    return gp.plan_grasp(gp.GraspProblem(right, gp.Cylinder(), n_synergies=3, parameters=parameters), options=FEW)
 
 
 def test_the_least_violated_point_is_no_worse(slippery):
@@ -27,7 +27,7 @@ def test_the_least_violated_point_is_no_worse(slippery):
 @pytest.mark.slow
 def test_more_friction_is_among_the_cures_of_slipping(slippery):
     assert not slippery.feasible
-    diagnosis = gp.explain_infeasibility(slippery, time_limit_s=120.0)
+    diagnosis = gp.explain_infeasibility(slippery, time_limit_s=120.0, only=("friction", "number"))
     cures = {change.parameter: change for change in diagnosis.changes}
     assert "friction μ" in cures
     cure = cures["friction μ"]
@@ -43,7 +43,7 @@ def test_a_cylinder_too_large_for_the_hand_has_to_shrink(right):
     problem = gp.GraspProblem(right, gp.Cylinder(radius=0.12), n_synergies=3)
     attempt = gp.plan_grasp(problem, options=FEW)
     assert not attempt.feasible
-    diagnosis = gp.explain_infeasibility(attempt, time_limit_s=240.0)
+    diagnosis = gp.explain_infeasibility(attempt, time_limit_s=120.0, only=("size",))
     assert diagnosis.binding in diagnosis.least_violated.failures()
     smaller = {change.parameter: change for change in diagnosis.changes}["size of the object (smaller)"]
     assert smaller.needed < 1.0

@@ -105,7 +105,7 @@ def test_the_page_opens_with_a_grasp_and_its_sliders_move_the_hand(page, viewer)
 
 def test_plan_shows_progress_and_a_result_and_can_be_cancelled(page, viewer, easy_problem):
     viewer.worker.submit(lambda: viewer.session.set_problem(easy_problem))
-    viewer.plan.enough.value, viewer.plan.starts.value = 1, 6
+    viewer.plan.enough.value, viewer.plan.starts.value = 1, 40
     page.tab("Plan")
     page.button("Plan").click()
     page.page.locator(".uplot").first.wait_for()
