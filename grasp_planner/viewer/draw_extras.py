@@ -39,7 +39,8 @@ class ExtrasDrawing:
         lines = closest_lines(grasp) if options.clearances else np.zeros((0, 2, 3))
         self._lines.visible = bool(len(lines))
         if len(lines):
-            self._lines.points = lines.astype(np.float32)
+            # Far from any grasp torques can be huge; nobody looks farther than a kilometre.
+        self._lines.points = np.clip(lines, -1e3, 1e3).astype(np.float32)
 
 
 def torque_arrows(grasp: Grasp) -> Array:
