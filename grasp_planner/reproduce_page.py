@@ -21,9 +21,11 @@ HONESTY = (
     "The paper's synergies come from glove data that is not public. Ours are another set, named below, so the "
     "numbers are comparable in kind and in value, not digit by digit. Iterations are those of the full problem "
     "(phase two) from the start that gave the grasp; phase one, which only looks for a feasible point, is listed "
-    "apart, and so is the number of starts. Times are of the whole search. An angle marked * is to a degenerate "
-    "ellipsoid: with one or two synergies it is unbounded along a plane or a line, the angle is to that, and the "
-    "hand resists there with its structure and not with its motors."
+    "apart, and so is the number of starts; in table I every number of synergies is also started from the grasps "
+    "with fewer. Times are of the whole search. An angle marked * is to a degenerate ellipsoid: with one or two "
+    "synergies it is unbounded along a plane or a line, and with more where the search drives α to infinity; the "
+    "angle is to that space, the hand resists there with its structure and not with its motors, and small angles "
+    "there mean less. As in the paper nothing keeps the links out of the object here; plan does by default."
 )
 COLUMNS = (
     "table",

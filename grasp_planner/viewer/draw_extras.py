@@ -39,7 +39,7 @@ class ExtrasDrawing:
         lines = closest_lines(grasp) if options.clearances else np.zeros((0, 2, 3))
         self._lines.visible = bool(len(lines))
         if len(lines):
-            # Far from any grasp torques can be huge; nobody looks farther than a kilometre.
+            # Where coal leaves a witness point open it may be huge, beyond single precision.
         self._lines.points = np.clip(lines, -1e3, 1e3).astype(np.float32)
 
 
