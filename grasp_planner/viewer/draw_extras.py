@@ -40,7 +40,7 @@ class ExtrasDrawing:
         self._lines.visible = bool(len(lines))
         if len(lines):
             # Where coal leaves a witness point open it may be huge, beyond single precision.
-        self._lines.points = np.clip(lines, -1e3, 1e3).astype(np.float32)
+            self._lines.points = np.clip(lines, -1e3, 1e3).astype(np.float32)
 
 
 def torque_arrows(grasp: Grasp) -> Array:
