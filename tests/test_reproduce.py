@@ -27,7 +27,7 @@ KEYS = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("reproduce")
-    arguments = ["reproduce", "--out", str(out), "--starts", "40", "--enough", "3"]
+    arguments = ["reproduce", "--out", str(out)]
     result = CliRunner().invoke(main, arguments)
     assert result.exit_code == 0, result.output
     return out
