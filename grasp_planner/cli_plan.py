@@ -158,7 +158,7 @@ def _task_rows(grasp: Grasp) -> list[tuple[str, str]]:
 
 def _table(title: str, columns: tuple[str, ...]) -> Table:
     """Return a narrow table: the first column names, the others hold numbers."""
-    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for index, column in enumerate(columns):
         table.add_column(column, justify="right" if index else "left", no_wrap=True)
     return table
@@ -166,8 +166,8 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
 
 def _contact_table(grasp: Grasp) -> Table:
     """Return the table of contacts."""
-    columns = ("contact", "x [mm]", "y", "z", "f_x [N]", "f_y", "f_z", "f_n [N]", "margin")
-    table = _table("contacts in the object frame; force of the hand on the object", columns)
+    columns = ("contact", "x", "y", "z", "f_x", "f_y", "f_z", "f_n", "margin")
+    table = _table("contacts in the object frame: points \\[mm], forces of the hand on the object \\[N]", columns)
     contacts = grasp.contacts
     for i, frame in enumerate(grasp.problem.frames):
         table.add_row(
@@ -175,7 +175,7 @@ def _contact_table(grasp: Grasp) -> Table:
             *(f"{1e3 * value:.2f}" for value in contacts.points[i]),
             *(f"{value:.3f}" for value in grasp.forces[i]),
             f"{grasp.normal_forces[i]:.3f}",
-            f"{grasp.friction_margins[i]:.4f}",
+            f"{grasp.friction_margins[i]:.3f}",
         )
     return table
 
