@@ -87,16 +87,17 @@ class RetargetingWeights:
     Attributes:
         fingers: Weight of the four fingers' own vectors.
         opposition: Weights of the thumb's vectors to index, middle, ring and little finger.
-        rest: Weight of the pull towards the rest posture.
+        rest: Weight of the pull towards the rest posture, one number or one for each joint.
     """
 
     fingers: float = 1.0
     opposition: tuple[float, float, float, float] = (1.0, 1.0, 0.5, 0.5)
-    rest: float = 0.5
+    rest: float | tuple[float, ...] = 0.5
 
     def __post_init__(self) -> None:
         positive("fingers", self.fingers, zero_allowed=True)
-        positive("rest", self.rest)
+        for weight in np.atleast_1d(self.rest):
+            positive("rest", weight)
         if len(self.opposition) != 4:
             raise InvalidValueError("opposition", self.opposition, "four weights")
         for weight in self.opposition:
@@ -179,7 +180,9 @@ class _Posture:
         self.distance = _smooth_norm(self.opposition_target)
         self.finger_weight = weights.fingers / _LENGTH
         self.opposition_weight = np.array(weights.opposition) / _LENGTH
-        self.rest_weight = weights.rest
+        if np.size(weights.rest) not in (1, len(rest)):
+            raise InvalidValueError("rest", weights.rest, f"one weight, or {len(rest)}")
+        self.rest_weight = np.broadcast_to(weights.rest, len(rest))
 
     def solve(self, lower: Array, upper: Array) -> Array:
         """Return the posture, of shape (n_q,)."""
@@ -211,7 +214,7 @@ class _Posture:
             [
                 self.finger_weight * jacobian[1:].reshape(-1, n_q),
                 (self.opposition_weight[:, None, None] * moving).reshape(-1, n_q),
-                self.rest_weight * np.eye(n_q),
+                np.diag(self.rest_weight),
             ]
         )
 

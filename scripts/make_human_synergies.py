@@ -19,12 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 import grasp_planner as gp
-from grasp_planner.human_hand import (
-    HUMAN_JOINTS,
-    HumanHand,
-    human_fingertips,
-    thumb_from_carpometacarpal,
-)
+from grasp_planner.human_hand import HUMAN_JOINTS, HumanHand, human_fingertips, thumb_from_carpometacarpal
 from grasp_planner.kinematics import HandKinematics
 from grasp_planner.retargeting import FingerCorrespondence, RetargetingWeights, retarget_postures
 from grasp_planner.spatial import Array
@@ -45,7 +40,7 @@ HUMAN_RANGE = np.radians(
 )
 # Robot: distance to the joint limits left for the springs [deg] (abd, mcp, pip).
 LIMIT_MARGIN = np.radians([1.0, 5.0, 5.0])
-REST_FINGERS = [0.0, 25.0, 35.0] * 4  # [deg]
+REST_FLEXION = (25.0, 35.0)  # of the four fingers, MCP and PIP [deg]
 
 
 @dataclass(frozen=True)
@@ -64,6 +59,7 @@ class Mapping:
         tilt: Angle by which these are turned about y [deg]; None leaves it free.
         weights: What counts how much.
         rest_thumb: Thumb of the robot's rest posture [deg].
+        rest_abduction: The fingers' abduction there [deg].
         note: The choice in words.
     """
 
@@ -76,10 +72,11 @@ class Mapping:
     tilt: float | None
     weights: RetargetingWeights
     rest_thumb: tuple[float, float, float]
+    rest_abduction: tuple[float, float, float, float]
     note: str
 
 
-MAPPINGS = (
+CONTACTS, CLEAR = (
     Mapping(
         suffix="",
         thumb_rest=(95.0, 55.0),
@@ -88,29 +85,32 @@ MAPPINGS = (
         finger_scale=None,
         opposition_scale=1.1,
         tilt=None,
-        weights=RetargetingWeights(fingers=1.0, opposition=(1.5, 1.5, 0.75, 0.75), rest=0.5),
+        weights=RetargetingWeights(1.0, (1.5, 1.5, 0.75, 0.75), rest=0.5),
         rest_thumb=(-8.0, 20.0, 45.0),
+        rest_abduction=(0.0, 0.0, 0.0, 0.0),
         note=(
             "kept: postures whose pulps face each other (cosine > 0.3), at most 130 mm apart; retargeted: finger\n"
             "vectors by finger length, lengths and sideways offsets of the thumb's vectors to the other tips x 1.1\n"
             "contacts only: the thumb comes from below the fingertips and folds up to its limit; around a cylinder\n"
-            "it passes through the object. Where links have to keep clear take the _clear set"
+            "it passes through the object. Where links have to keep clear take santello_clear"
         ),
     ),
     Mapping(
         suffix="_clear",
-        thumb_rest=(100.0, 53.0),
+        thumb_rest=(98.0, 49.0),
         hand=HumanHand(thumb_base_depth=0.0, thumb_pronation=np.radians(20.0)),
         opposed=None,
         finger_scale=1.13,
         opposition_scale=1.13,
-        tilt=-40.0,
-        weights=RetargetingWeights(fingers=1.0, opposition=(1.75, 1.75, 0.15, 0.15), rest=0.5),
+        tilt=-30.0,
+        weights=RetargetingWeights(1.0, (1.75, 1.75, 0.2, 0.2), rest=(0.5,) * 3 + (4.0, 0.5, 0.5) * 4),
         rest_thumb=(-10.0, 15.0, 40.0),
+        rest_abduction=(-7.5, -2.5, 2.5, 7.5),
         note=(
             "retargeted: fingers' own vectors and the thumb's vectors to the other tips x 1.13, the latter turned by\n"
-            "-40 deg about y, because the robot's thumb stands in front of the palm; it closes from there with the\n"
-            "fingers, the object between them"
+            "-30 deg about y, because the robot's thumb stands in front of the palm; it closes from there with the\n"
+            "fingers, the object between them; the fingers' abduction is drawn to a fan of\n"
+            "-7.5 .. 7.5 deg, so that they keep their order"
         ),
     ),
 )
@@ -200,6 +200,7 @@ SOURCES = (
         "the mean posture of Santello et al. 1998, because no mean is published",
     ),
 )
+SETS = ((SOURCES[0], CONTACTS), (SOURCES[1], CONTACTS), (SOURCES[0], CLEAR))
 HOW = """\
 thumb: the gloves' zeros are unknown; mean rotation {mapping.thumb_rest[0]:.0f} deg, abduction
 {mapping.thumb_rest[1]:.0f} deg and pronation {pronation:.0f} deg are chosen so that it opposes index and middle finger
@@ -239,6 +240,12 @@ def correspondence(mapping: Mapping, hand: gp.Hand, kinematics: HandKinematics) 
     return FingerCorrespondence(mapping.hand.finger_bases, bases, scale, mapping.opposition_scale, tilt)
 
 
+def rest_posture(mapping: Mapping) -> Array:
+    """Return the robot's rest posture [rad], of shape (15,)."""
+    fingers = [(abduction, *REST_FLEXION) for abduction in mapping.rest_abduction]
+    return np.radians([*mapping.rest_thumb, *itertools.chain.from_iterable(fingers)])
+
+
 def make(source: Source, mapping: Mapping, hand: gp.Hand) -> gp.SynergySpace:
     """Return the robot synergies of one source."""
     kinematics = HandKinematics(hand, hand.contact_frames("point"))
@@ -253,7 +260,7 @@ def make(source: Source, mapping: Mapping, hand: gp.Hand) -> gp.SynergySpace:
         (hand.lower + margin, hand.upper - margin),
         human_postures(source, mapping),
         correspondence(mapping, hand, kinematics),
-        np.radians([*mapping.rest_thumb, *REST_FINGERS]),
+        rest_posture(mapping),
         mapping.weights,
     )
     how = HOW.format(
@@ -264,8 +271,7 @@ def make(source: Source, mapping: Mapping, hand: gp.Hand) -> gp.SynergySpace:
         number=POSTURES,
         seed=SEED,
     )
-    name = source.name + mapping.suffix
-    provenance = f"{source.provenance}\n{how}"
+    name, provenance = source.name + mapping.suffix, f"{source.provenance}\n{how}"
     return synergies_from_postures(hand.joint_names, found.joint_angles, name=name, provenance=provenance)
 
 
@@ -275,7 +281,7 @@ def main() -> None:
     parser.add_argument("--check", action="store_true", help="compare with the files instead of writing them")
     arguments = parser.parse_args()
     hand = gp.load_hand("dlr_hit_ii_right")
-    for source, mapping in itertools.product(SOURCES, MAPPINGS):
+    for source, mapping in SETS:
         path = FOLDER / f"{source.name}{mapping.suffix}.csv"
         space = make(source, mapping, hand)
         shares = ", ".join(f"{share:.3f}" for share in space.explained_variance()[:5])

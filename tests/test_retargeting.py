@@ -190,6 +190,8 @@ def test_bad_input_is_refused(robot):
         retarget_postures(fingertips, (hand.upper, hand.lower), np.zeros((1, 5, 3)), laid, REST)
     with pytest.raises(gp.InvalidValueError, match="finger_scale"):
         FingerCorrespondence(np.zeros((4, 3)), np.zeros((4, 3)), np.zeros(4), 1.0)
+    with pytest.raises(gp.InvalidValueError, match="rest"):
+        retarget_postures(fingertips, limits, np.zeros((1, 5, 3)), laid, REST, RetargetingWeights(rest=(1.0, 1.0)))
     with pytest.raises(gp.InvalidValueError, match="opposition_tilt"):
         replace(laid, opposition_tilt=float("inf"))
     with pytest.raises(gp.InvalidValueError, match="opposition"):

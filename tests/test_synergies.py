@@ -12,7 +12,7 @@ from grasp_planner.synergies import synergies_from_covariance
 
 NAMES = ("a", "b", "c", "d")
 SYNERGIES = Path(gp.__file__).parents[1] / "urdf" / "dlr_hit_ii" / "synergies"
-SHIPPED = ("santello", "uji", "santello_clear", "uji_clear")
+SHIPPED = ("santello", "uji", "santello_clear")
 
 
 def random_space(n: int = 4, *, variance: bool = True) -> gp.SynergySpace:
