@@ -11,7 +11,7 @@ import numpy as np
 
 from .clearance_options import ClearanceOptions
 from .exceptions import InvalidValueError
-from .hand import Hand, load_hand
+from .hand import load_hand
 from .objects import parse_object
 from .planner import PlannerOptions
 from .problem import STANDARD_GRAVITY, GraspParameters, GraspProblem
@@ -181,11 +181,6 @@ def planner_options(
         tolerance=tolerance,
         time_limit_s=time_limit,
     )
-
-
-def hand_summary(hand: Hand) -> str:
-    """Return one line about a hand."""
-    return f"{hand.description.title or hand.name}: {hand.n_joints} joints"
 
 
 def _given(value: float | None, default: float) -> float:

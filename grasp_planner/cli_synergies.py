@@ -14,6 +14,7 @@ from rich.table import Table
 from .exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from .hand import Hand, load_hand
 from .synergies import SynergySpace, load_synergies, save_synergies, synergies_from_postures
+from .text_file import read_text_file
 
 MAX_POSTURE_BYTES = 50_000_000
 """Largest file of postures that is read."""
@@ -108,15 +109,8 @@ def read_postures(path: Path) -> tuple[list[str], np.ndarray]:
     Raises:
         FileFormatError: If it can't be read or a number is malformed; names row and column.
     """
-    try:
-        if path.stat().st_size > MAX_POSTURE_BYTES:
-            raise FileFormatError(path, f"larger than the {MAX_POSTURE_BYTES} bytes allowed")
-        with path.open(encoding="utf-8", newline="") as stream:
-            table = [row for row in csv.reader(stream) if row and not row[0].startswith("#")]
-    except OSError as error:
-        raise FileFormatError(path, error.strerror or "can't be read") from None
-    except UnicodeDecodeError:
-        raise FileFormatError(path, "is not UTF-8 text") from None
+    lines = read_text_file(path, MAX_POSTURE_BYTES).splitlines()
+    table = [row for row in csv.reader(lines) if row and not row[0].startswith("#")]
     if len(table) < 3:
         raise FileFormatError(path, "needs a header of joint names and at least two postures")
     header = [name.strip() for name in table[0]]

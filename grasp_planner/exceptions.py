@@ -66,7 +66,3 @@ class FileFormatError(GraspPlannerError):
 
     def __reduce__(self) -> tuple[type, tuple[Path, str]]:
         return type(self), (self.path, self.reason)
-
-
-class PlanningCancelled(GraspPlannerError):
-    """Planning was stopped from outside before any start had been tried."""

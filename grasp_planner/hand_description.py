@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from .exceptions import FileFormatError, NameNotFoundError
+from .text_file import read_text_file
 
 MAX_DESCRIPTION_BYTES = 1_000_000
 """Largest description file that is read."""
@@ -120,14 +121,9 @@ def read_hand_description(path: Path) -> HandDescription:
     Raises:
         FileFormatError: If the file can't be read, is no TOML or breaks the layout; the reason names the key.
     """
+    text = read_text_file(path, MAX_DESCRIPTION_BYTES)
     try:
-        if path.stat().st_size > MAX_DESCRIPTION_BYTES:
-            raise FileFormatError(path, f"larger than the {MAX_DESCRIPTION_BYTES} bytes allowed")
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FileFormatError(path, error.strerror or "can't be read") from None
-    except UnicodeDecodeError:
-        raise FileFormatError(path, "is not UTF-8 text") from None
+        data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise FileFormatError(path, f"is not valid TOML: {error}") from None
     try:

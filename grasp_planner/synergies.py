@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from .exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from .spatial import Array, finite_array, readonly
+from .text_file import read_text_file
 
 MAX_SYNERGY_BYTES = 1_000_000
 """Largest synergy file that is read."""
@@ -212,7 +213,7 @@ def load_synergies(path: Path) -> SynergySpace:
     Raises:
         FileFormatError: If it can't be read or a row or number is malformed; the reason names it.
     """
-    text = _read(path)
+    text = read_text_file(path, MAX_SYNERGY_BYTES)
     notes = [line[1:].strip() for line in text.splitlines() if line.startswith("#")]
     table = _table(path, text)
     n = len(table[0]) - 2 if table else 0
@@ -241,18 +242,6 @@ def load_synergies(path: Path) -> SynergySpace:
         )
     except InvalidValueError as error:
         raise FileFormatError(path, str(error)) from None
-
-
-def _read(path: Path) -> str:
-    """Return the text of a file of limited size."""
-    try:
-        if path.stat().st_size > MAX_SYNERGY_BYTES:
-            raise FileFormatError(path, f"larger than the {MAX_SYNERGY_BYTES} bytes allowed")
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(path, error.strerror or "can't be read") from None
-    except UnicodeDecodeError:
-        raise FileFormatError(path, "is not UTF-8 text") from None
 
 
 def _table(path: Path, text: str) -> list[list[str]]:

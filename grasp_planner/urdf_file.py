@@ -15,6 +15,7 @@ import pinocchio as pin
 import yourdfpy
 
 from .exceptions import FileFormatError
+from .text_file import read_text_file
 
 MAX_URDF_BYTES = 20_000_000
 """Largest URDF that is read."""
@@ -132,14 +133,7 @@ def read_urdf(path: Path) -> UrdfFile:
 
 def read_urdf_text(path: Path) -> str:
     """Return the text of the file after size and document-type checks."""
-    try:
-        if path.stat().st_size > MAX_URDF_BYTES:
-            raise FileFormatError(path, f"larger than the {MAX_URDF_BYTES} bytes allowed")
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(path, error.strerror or "can't be read") from None
-    except UnicodeDecodeError:
-        raise FileFormatError(path, "is not UTF-8 text") from None
+    text = read_text_file(path, MAX_URDF_BYTES)
     if "<!DOCTYPE" in text.upper() or "<!ENTITY" in text.upper():
         raise FileFormatError(path, "declares a document type or entities, which is not allowed")
     return text

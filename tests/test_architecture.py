@@ -10,6 +10,7 @@ import grasp_planner as gp
 PACKAGE = Path(gp.__file__).parent
 LAYERS = (
     "exceptions",
+    "text_file",
     "spatial",
     "synergies",
     "urdf_file",
