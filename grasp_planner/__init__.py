@@ -13,6 +13,7 @@ from .compliance import contact_forces as contact_forces
 from .compliance import hand_stiffness as hand_stiffness
 from .compliance import internal_forces as internal_forces
 from .compliance import joint_torques as joint_torques
+from .compliance import series_stiffness as series_stiffness
 from .compliance import weighted_right_inverse as weighted_right_inverse
 from .contacts import Contacts as Contacts
 from .contacts import find_contacts as find_contacts
@@ -37,6 +38,7 @@ from .hand import Hand as Hand
 from .hand import load_hand as load_hand
 from .hand_description import hand_library as hand_library
 from .kinematics import HandKinematics as HandKinematics
+from .load_cases import LoadCases as LoadCases
 from .objects import Box as Box
 from .objects import Capsule as Capsule
 from .objects import Cylinder as Cylinder

@@ -20,6 +20,7 @@ from .compliance import contact_forces, hand_stiffness, internal_forces, joint_t
 from .contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix, hand_jacobian
 from .force_closure import force_closure_margin, force_norm_floor
 from .friction import force_norm, friction_margins, normal_forces
+from .load_check import load_violations
 from .problem import GraspProblem
 from .spatial import Array, finite_array
 from .task import alignment_deg, object_synergy_map, task_index, transmission_ratio
@@ -277,6 +278,7 @@ class Grasp:
             "equilibrium_n": float(np.abs(imbalance[:3]).max()),
             "equilibrium_nm": float(np.abs(imbalance[3:]).max()),
             **{name: self.collisions[name] for name in self.problem.clearance.requirements},
+            **load_violations(self.problem, self.forces, contacts.normals, self.hand_jacobian, self.grasp_matrix),
         }
 
     def failures(self, tolerance: float = FEASIBILITY_TOLERANCE) -> dict[str, float]:
