@@ -10,6 +10,7 @@ import click
 import numpy as np
 
 from .clearance_options import ClearanceOptions
+from .cli_loads import LOAD_OPTIONS, loads_from_options
 from .exceptions import InvalidValueError
 from .hand import load_hand
 from .objects import parse_object
@@ -55,10 +56,9 @@ GRASP_OPTIONS = (
     click.option(
         "--clearance",
         type=click.Choice(CLEARANCES),
-        default="links",
-        show_default=True,
+        default=None,
         help="What keeps clear: links of the object and of each other with Remark 1; joint centres of the object "
-        "with Remark 1, the paper's own; nothing, the paper's plain problem.",
+        "with Remark 1, the paper's own; nothing, the paper's plain problem [default: links; none with --paper].",
     ),
     click.option("--ground", type=float, default=None, help="Height of a table no link may enter [m] [default: none]."),
 )
@@ -92,7 +92,7 @@ MODEL_OPTIONS = (
 
 def problem_options(command: Command) -> Command:
     """Add the options that describe a problem to a command."""
-    for option in reversed((*GRASP_OPTIONS, *MODEL_OPTIONS)):
+    for option in reversed((*GRASP_OPTIONS, *MODEL_OPTIONS, *LOAD_OPTIONS)):
         command = option(command)
     return command
 
@@ -125,7 +125,7 @@ def problem_from_options(
     synergy_set: str | None,
     contact_set: str | None,
     contacts: str | None,
-    clearance: str,
+    clearance: str | None,
     ground: float | None,
     w_force: float,
     w_task: float,
@@ -135,6 +135,8 @@ def problem_from_options(
     contact_stiffness: float | None,
     gravity: str,
     torque_model: str,
+    paper: bool,
+    **load_options: Any,
 ) -> GraspProblem:
     """Return the problem of command-line options.
 
@@ -143,6 +145,7 @@ def problem_from_options(
     """
     loaded = load_hand(hand)
     defaults = loaded.description.compliance
+    clearance = clearance or ("none" if paper else "links")
     if clearance == "none":
         avoided = replace(ClearanceOptions.off(), ground=ground)
     else:
@@ -167,6 +170,7 @@ def problem_from_options(
         contact_set=contact_set,
         contacts=None if contacts is None else tuple(name.strip() for name in contacts.split(",")),
         clearance=avoided,
+        loads=loads_from_options(paper=paper, **load_options),
     )
 
 

@@ -54,7 +54,7 @@ def load_violations(
     loads, mass = problem.loads, problem.grasp_object.mass
     if not loads.active:
         return {}
-    response = np.zeros((forces.size, 6))
+    response: Array = np.zeros((forces.size, 6))
     if loads.disturbed:
         response = response_matrix(problem, grasp, jacobian)
     friction = problem.parameters.friction / loads.friction_safety

@@ -204,7 +204,10 @@ class LoadEvaluator:
             case and each sphere.
         """
         n_g = d_answer.shape[2]
-        low, high, d_low, d_high = [], [], [], []
+        low: list[Array] = []
+        high: list[Array] = []
+        d_low: list[Array] = []
+        d_high: list[Array] = []
         for case in self._listed:
             changed = np.array(slope)
             changed[:, :n_g] -= case @ d_answer

@@ -16,6 +16,7 @@ from .clearance_options import ClearanceOptions
 from .exceptions import FileFormatError
 from .grasp import Grasp, SearchReport
 from .hand import Hand, load_hand
+from .load_cases import LoadCases
 from .objects import parse_object
 from .problem import GraspParameters, GraspProblem
 from .record_layout import (
@@ -23,6 +24,7 @@ from .record_layout import (
     ClearanceRecord,
     ContactRecord,
     GraspRecord,
+    LoadCasesRecord,
     ParameterRecord,
     PoseRecord,
     TaskRecord,
@@ -160,6 +162,7 @@ def _parameter_record(problem: GraspProblem) -> ParameterRecord:
         synergy_set=problem.synergy_set_name if problem.synergy_space is None else None,
         contact_set=problem.contact_set or problem.hand.contact_set_names[0],
         clearance=_clearance_options(problem.clearance),
+        loads=LoadCasesRecord(**asdict(problem.loads)),
     )
 
 
@@ -249,6 +252,7 @@ def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
         contact_set=given.contact_set,
         clearance=ClearanceOptions(**given.clearance.model_dump()),
         contacts=tuple(contact.name for contact in record.contacts),
+        loads=LoadCases(**given.loads.model_dump()),
     )
     rotation = pin.Quaternion(readonly(record.palm_pose.quaternion_xyzw)).normalized().matrix()
     report = SearchReport(

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from .clearance_options import ClearanceOptions, LinkObjectMode
+from .load_cases import LoadCases
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Optional = Number | None
@@ -66,6 +67,19 @@ class ClearanceOptionsRecord(_Record):
     ground: Optional = Field(description="height of the ground along the direction opposite to gravity, m")
 
 
+class LoadCasesRecord(_Record):
+    """What the grasp had to withstand; all zero (friction_safety one) for the paper's problem."""
+
+    force: Number = Field(description="radius of the sphere of disturbing forces, N")
+    torque: Number = Field(description="radius of the sphere of disturbing torques, N m")
+    acceleration: Number = Field(description="of the object in any direction, m/s²")
+    wrenches: list[Vector6] = Field(description="further disturbances in O; N, N m")
+    friction_safety: Number = Field(description="s of the cones of μ/s")
+    min_normal_force: Number = Field(description="N")
+    max_normal_force: Optional = Field(description="N; null for the hand's own limit")
+    hand_limits: bool = Field(description="whether the hand's limits of normal forces and joint torques count")
+
+
 class ClearanceRecord(_Record):
     """The closest pair of a kind, by exact distances; in O."""
 
@@ -93,10 +107,11 @@ class ParameterRecord(_Record):
     clearance: ClearanceOptionsRecord = Field(
         default_factory=lambda: ClearanceOptionsRecord(**asdict(ClearanceOptions.off()))
     )
+    loads: LoadCasesRecord = Field(default_factory=lambda: LoadCasesRecord(**asdict(LoadCases.off())))
 
 
 class ViolationRecord(_Record):
-    """Largest violation of every requirement; those of clearance only where asked for."""
+    """Largest violation of every requirement; those of clearance and of load cases only where asked for."""
 
     surface_m: Number
     region_m: Number
@@ -111,6 +126,10 @@ class ViolationRecord(_Record):
     ground_m: Optional = None
     tip_patch: Optional = None
     abduction_order_rad: Optional = None
+    load_friction_n: Optional = None
+    load_min_normal_n: Optional = None
+    load_max_normal_n: Optional = None
+    load_torque_nm: Optional = None
 
 
 class GraspRecord(_Record):

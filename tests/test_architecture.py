@@ -64,6 +64,7 @@ LAYERS = (
     "benchmark",
     "batch",
     "viewer",
+    "cli_loads",
     "cli_options",
     "cli_plan",
     "cli_bench",
