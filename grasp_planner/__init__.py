@@ -39,6 +39,8 @@ from .hand import load_hand as load_hand
 from .hand_description import hand_library as hand_library
 from .kinematics import HandKinematics as HandKinematics
 from .load_cases import LoadCases as LoadCases
+from .margins import GraspMargins as GraspMargins
+from .margins import Margin as Margin
 from .objects import Box as Box
 from .objects import Capsule as Capsule
 from .objects import Cylinder as Cylinder

@@ -12,6 +12,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from .cli_margins import margin_rows
 from .cli_options import planner_options, problem_from_options, problem_options, search_options
 from .exceptions import FileFormatError
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
@@ -110,6 +111,7 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         *_task_rows(grasp),
         ("clearance", _clearance_text(grasp)),
         ("force closure", f"{'yes' if grasp.force_closed else 'no'}, margin {grasp.force_closure_margin:.3f}"),
+        *margin_rows(grasp),
         ("σ [rad]", " ".join(f"{value:+.4f}" for value in grasp.sigma)),
         (
             "search",

@@ -21,7 +21,10 @@ from .contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix
 from .force_closure import force_closure_margin, force_norm_floor
 from .friction import force_norm, friction_margins, normal_forces
 from .load_check import load_violations
+from .margins import GraspMargins, grasp_margins
 from .problem import GraspProblem
+from .search_report import IterationRecord as IterationRecord
+from .search_report import SearchReport as SearchReport
 from .spatial import Array, finite_array
 from .task import alignment_deg, object_synergy_map, task_index, transmission_ratio
 
@@ -29,62 +32,6 @@ FEASIBILITY_TOLERANCE = 1e-6
 """Largest violation of a feasible grasp, in SI units (m, rad, N, N m)."""
 
 Status = Literal["feasible", "infeasible", "cancelled"]
-
-
-@dataclass(frozen=True)
-class IterationRecord:
-    """One iteration of the search.
-
-    Attributes:
-        start: Number of the start, from 0.
-        phase: ``one`` (feasibility) or ``two`` (the full problem).
-        iteration: Number within the phase, from 1.
-        objective: z = w_F F + w_C C.
-        force_norm: F [N].
-        task_index: C.
-        violations: Largest violation of every constraint, in its unit.
-        joint_angles: q [rad].
-        palm_pose: Pose of the palm in O, as a 4 x 4 matrix.
-    """
-
-    start: int
-    phase: str
-    iteration: int
-    objective: float
-    force_norm: float
-    task_index: float
-    violations: dict[str, float]
-    joint_angles: Array
-    palm_pose: Array
-
-
-@dataclass(frozen=True)
-class SearchReport:
-    """How a grasp was found.
-
-    Attributes:
-        seed: Seed of the random starts.
-        iterations: Iterations of the full problem (phase two) from the start that gave the grasp.
-        phase_one_iterations: Iterations of its phase one.
-        evaluations: States evaluated over all starts.
-        starts_tried: Number of starts tried.
-        starts_feasible: Number of starts that ended feasible.
-        time_s: Wall time [s].
-        message: The solver's last words.
-        cancelled: Whether the search was stopped from outside.
-        history: Iterations of the start that gave the grasp.
-    """
-
-    seed: int
-    iterations: int = 0
-    phase_one_iterations: int = 0
-    evaluations: int = 0
-    starts_tried: int = 0
-    starts_feasible: int = 0
-    time_s: float = 0.0
-    message: str = ""
-    cancelled: bool = False
-    history: tuple[IterationRecord, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -239,6 +186,24 @@ class Grasp:
         """Z = w_F F + w_C C; eq. (29)."""
         parameters = self.problem.parameters
         return parameters.force_weight * self.force_norm + parameters.task_weight * self.task_index
+
+    @cached_property
+    def margins(self) -> GraspMargins:
+        """Largest disturbances resisted, in the worst direction and along the tasks, whether asked for or not."""
+        return grasp_margins(
+            self.problem,
+            self.contacts,
+            self.forces,
+            self.grasp_matrix,
+            self.hand_jacobian,
+            internal_forces(
+                self.grasp_matrix,
+                self.hand_jacobian,
+                self.problem.synergies.basis,
+                self.stiffness,
+                self.problem.parameters.contact_stiffness,
+            ),
+        )
 
     @cached_property
     def clearances(self) -> tuple[Clearance, ...]:

@@ -17,6 +17,7 @@ from .exceptions import FileFormatError
 from .grasp import Grasp, SearchReport
 from .hand import Hand, load_hand
 from .load_cases import LoadCases
+from .margins import GraspMargins, Margin
 from .objects import parse_object
 from .problem import GraspParameters, GraspProblem
 from .record_layout import (
@@ -25,6 +26,8 @@ from .record_layout import (
     ContactRecord,
     GraspRecord,
     LoadCasesRecord,
+    MarginRecord,
+    MarginsRecord,
     ParameterRecord,
     PoseRecord,
     TaskRecord,
@@ -99,6 +102,23 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         parameters=_parameter_record(problem),
         violations=ViolationRecord(**grasp.violations),
         clearances=_clearance_records(grasp),
+        margins=_margins_record(grasp.margins),
+    )
+
+
+def _margins_record(margins: GraspMargins) -> MarginsRecord:
+    """Return the record of the margins."""
+
+    def one(margin: Margin | None) -> MarginRecord | None:
+        if margin is None or math.isnan(margin.size):
+            return None
+        return MarginRecord(size=_number(margin.size), direction=margin.direction.tolist(), gives_way=margin.gives_way)
+
+    return MarginsRecord(
+        passive=one(margins.passive),
+        passive_tasks=[one(margin) for margin in margins.passive_tasks],
+        active=one(margins.active),
+        active_tasks=[one(margin) for margin in margins.active_tasks],
     )
 
 

@@ -110,6 +110,23 @@ class ParameterRecord(_Record):
     loads: LoadCasesRecord = Field(default_factory=lambda: LoadCasesRecord(**asdict(LoadCases.off())))
 
 
+class MarginRecord(_Record):
+    """The largest disturbance resisted along one direction."""
+
+    size: Optional = Field(description="N, or N m along a torque; null if nothing gives way")
+    direction: Vector6 = Field(description="unit disturbance in O, linear part first")
+    gives_way: str = Field(description="what gives way first; empty where it is not computed")
+
+
+class MarginsRecord(_Record):
+    """Margins against disturbing forces, with the true μ and the hand's limits; tasks: against the reaction −d."""
+
+    passive: MarginRecord | None = Field(description="worst direction, the references held; null if undefined")
+    passive_tasks: list[MarginRecord | None] = Field(description="null for motions")
+    active: MarginRecord | None = Field(description="worst of 26 directions, internal forces re-optimised")
+    active_tasks: list[MarginRecord | None] = Field(description="null for motions")
+
+
 class ViolationRecord(_Record):
     """Largest violation of every requirement; those of clearance and of load cases only where asked for."""
 
@@ -171,3 +188,4 @@ class GraspRecord(_Record):
     parameters: ParameterRecord
     violations: ViolationRecord
     clearances: list[ClearanceRecord] = Field(default=[], description="the closest pair of every kind")
+    margins: MarginsRecord | None = Field(default=None, description="null in files written before margins")
