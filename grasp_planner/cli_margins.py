@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from .grasp import Grasp
 from .margins import Margin
 from .spatial import Array
@@ -12,7 +14,7 @@ from .spatial import Array
 def margin_rows(grasp: Grasp) -> list[tuple[str, str]]:
     """Return rows of what the grasp withstands: load cases asked for, margins in newtons."""
     margins = grasp.margins
-    rows = [("load cases", loads_text(grasp))]
+    rows = [("load cases", loads_text(grasp)), ("stability", grasp.stability.text)]
     if math.isnan(margins.passive.size):
         return [*rows, ("margins", "not defined without contact stiffness")]
     rows.append(("margin, worst", f"{_text(margins.passive)}; re-squeezed {_text(margins.active)}"))
@@ -55,4 +57,4 @@ def _size(margin: Margin, unit: str) -> str:
 
 def direction_text(direction: Array) -> str:
     """Return a direction as three short numbers."""
-    return "(" + " ".join(f"{value:+.2f}" for value in direction) + ")"
+    return "(" + " ".join(f"{value:+.2f}" for value in np.round(direction, 2) + 0.0) + ")"

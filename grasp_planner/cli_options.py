@@ -26,6 +26,9 @@ CLEARANCES = ("links", "joint-centres", "none")
 
 DEFAULT_OBJECT = "cylinder:radius=0.03,height=0.15,mass=0.2"
 
+PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 5, 3
+"""Number of synergies if none is given: with links that keep clear and load cases three rarely suffice."""
+
 GRASP_OPTIONS = (
     click.option(
         "--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file (TOML)."
@@ -45,7 +48,13 @@ GRASP_OPTIONS = (
         show_default=True,
         help="Direction to transmit: force|torque|twist, a signed axis or x,y,z, optionally *weight. Repeatable.",
     ),
-    click.option("--synergies", "n_synergies", type=int, default=3, show_default=True, help="Number of synergies."),
+    click.option(
+        "--synergies",
+        "n_synergies",
+        type=int,
+        default=None,
+        help=f"Number of synergies [default: {PRACTICAL_SYNERGIES}; {PAPER_SYNERGIES} with --paper].",
+    ),
     click.option("--synergy-set", default=None, help="Synergy set of the hand [default: the hand's]."),
     click.option(
         "--contact-set",
@@ -121,7 +130,7 @@ def problem_from_options(
     hand: str,
     object_text: str,
     tasks: tuple[str, ...],
-    n_synergies: int,
+    n_synergies: int | None,
     synergy_set: str | None,
     contact_set: str | None,
     contacts: str | None,
@@ -145,6 +154,8 @@ def problem_from_options(
     """
     loaded = load_hand(hand)
     defaults = loaded.description.compliance
+    if n_synergies is None:
+        n_synergies = min(PAPER_SYNERGIES if paper else PRACTICAL_SYNERGIES, loaded.n_joints)
     clearance = clearance or ("none" if paper else "links")
     if clearance == "none":
         avoided = replace(ClearanceOptions.off(), ground=ground)

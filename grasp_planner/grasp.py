@@ -26,6 +26,7 @@ from .problem import GraspProblem
 from .search_report import IterationRecord as IterationRecord
 from .search_report import SearchReport as SearchReport
 from .spatial import Array, finite_array
+from .stability import Stability, grasp_stability
 from .task import alignment_deg, object_synergy_map, task_index, transmission_ratio
 
 FEASIBILITY_TOLERANCE = 1e-6
@@ -206,6 +207,11 @@ class Grasp:
         )
 
     @cached_property
+    def stability(self) -> Stability:
+        """Stiffness with which the object is held, preload included, and the motion resisted least."""
+        return grasp_stability(self.problem, self.joint_angles, self.palm_pose, self.contacts, self.forces)
+
+    @cached_property
     def clearances(self) -> tuple[Clearance, ...]:
         """Exact distances of the hand from the object, from itself and from the ground, whether asked for or not."""
         return hand_clearances(self.problem, self.joint_angles, self.palm_pose)
@@ -269,9 +275,10 @@ class Grasp:
 
     @property
     def verdict(self) -> str:
-        """One sentence: feasible, or what could not be met and by how much."""
+        """One sentence: feasible (and unstable, if it is), or what could not be met and by how much."""
         if self.feasible:
-            return "feasible: every requirement is met and the contacts are force-closed"
+            note = "" if self.stability.stable else f"; but {self.stability.text}"
+            return f"feasible: every requirement is met and the contacts are force-closed{note}"
         parts = [f"{name} {value:.3g}" for name, value in self.failures().items()]
         if not self.force_closed:
             parts.append("not force-closed")

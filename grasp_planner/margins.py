@@ -14,6 +14,7 @@ import numpy as np
 
 from .contacts import Contacts
 from .force_closure import cone_rows, solve_cone_program
+from .friction import friction_margins
 from .load_cases import sphere_directions
 from .load_check import response_matrix
 from .problem import GraspProblem
@@ -24,6 +25,8 @@ PASSIVE_DIRECTIONS = 2000
 """Directions of a spiral over the sphere among which the worst one is sought, before it is refined."""
 ACTIVE_HULL = 0.862
 """What the hull of the 26 sampled directions contains of the sphere; sets of resisted forces are convex."""
+SLIPPED = 1e-6
+"""How far outside its cone a force counts as slipped already [N]."""
 UNBOUNDED = 1e4
 """Disturbances from here on count as any [N, N m]."""
 
@@ -189,7 +192,8 @@ def passive_scales(held: _Holding, wrenches: Array) -> Array:
     a = np.einsum("kij,kij->ki", d_tangential, d_tangential) - squared * d_normal**2
     b = np.einsum("kij,ij->ki", d_tangential, tangential) - squared * normal * d_normal
     c = np.minimum(np.einsum("ij,ij->i", tangential, tangential) - squared * normal**2, 0.0)
-    cones = np.where(normal < 0.0, 0.0, _leaving(a, b, np.broadcast_to(c, a.shape)))
+    outside = friction_margins(forces, normals, held.friction) < -SLIPPED
+    cones = np.where(outside, 0.0, _leaving(a, b, np.broadcast_to(c, a.shape)))
     torques, d_torques = held.jacobian.T @ forces.ravel(), change.reshape(len(wrenches), -1) @ held.jacobian
     rising = _until(held.max_normal - normal, -d_normal)
     bound = np.minimum(

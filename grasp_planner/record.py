@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,38 +10,29 @@ import numpy as np
 import pinocchio as pin
 from pydantic import ValidationError
 
-from .clearance_check import ClearanceKind, least_distance
 from .clearance_options import ClearanceOptions
 from .exceptions import FileFormatError
 from .grasp import Grasp, SearchReport
 from .hand import Hand, load_hand
 from .load_cases import LoadCases
-from .margins import GraspMargins, Margin
 from .objects import parse_object
 from .problem import GraspParameters, GraspProblem
 from .record_layout import (
     ClearanceOptionsRecord,
-    ClearanceRecord,
     ContactRecord,
     GraspRecord,
     LoadCasesRecord,
-    MarginRecord,
-    MarginsRecord,
     ParameterRecord,
     PoseRecord,
     TaskRecord,
     ViolationRecord,
 )
+from .record_parts import clearance_records, finite_or_none, margins_record, stability_record
 from .spatial import readonly
 from .task import parse_task
 
 MAX_RECORD_BYTES = 5_000_000
 """Largest grasp file that is read."""
-
-
-def _number(value: float) -> float | None:
-    """Return a finite number, or None."""
-    return float(value) if math.isfinite(value) else None
 
 
 def grasp_record(grasp: Grasp) -> GraspRecord:
@@ -55,8 +45,8 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
             kind=task.kind,
             direction=task.direction.tolist(),
             weight=task.weight,
-            transmission_ratio=_number(ratio),
-            alignment_angle_deg=_number(angle),
+            transmission_ratio=finite_or_none(ratio),
+            alignment_angle_deg=finite_or_none(angle),
             alignment_degenerate=degenerate,
         )
         for task, ratio, (angle, degenerate) in zip(
@@ -72,7 +62,7 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         status=grasp.status,
         message=grasp.verdict,
         force_closed=grasp.force_closed,
-        force_closure_margin=_number(grasp.force_closure_margin),
+        force_closure_margin=finite_or_none(grasp.force_closure_margin),
         iterations=search.iterations,
         phase_one_iterations=search.phase_one_iterations,
         evaluations=search.evaluations,
@@ -82,7 +72,7 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         seed=search.seed,
         objective=grasp.objective,
         force_norm=grasp.force_norm,
-        force_norm_floor=_number(grasp.force_norm_floor),
+        force_norm_floor=finite_or_none(grasp.force_norm_floor),
         task_index=grasp.task_index,
         transmission_ratios=[task.transmission_ratio for task in tasks],
         alignment_angle_deg=tasks[0].alignment_angle_deg,
@@ -101,48 +91,15 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         external_wrench=problem.external_wrench.tolist(),
         parameters=_parameter_record(problem),
         violations=ViolationRecord(**grasp.violations),
-        clearances=_clearance_records(grasp),
-        margins=_margins_record(grasp.margins),
-    )
-
-
-def _margins_record(margins: GraspMargins) -> MarginsRecord:
-    """Return the record of the margins."""
-
-    def one(margin: Margin | None) -> MarginRecord | None:
-        if margin is None or math.isnan(margin.size):
-            return None
-        return MarginRecord(size=_number(margin.size), direction=margin.direction.tolist(), gives_way=margin.gives_way)
-
-    return MarginsRecord(
-        passive=one(margins.passive),
-        passive_tasks=[one(margin) for margin in margins.passive_tasks],
-        active=one(margins.active),
-        active_tasks=[one(margin) for margin in margins.active_tasks],
+        clearances=clearance_records(grasp),
+        margins=margins_record(grasp.margins),
+        stability=stability_record(grasp.stability),
     )
 
 
 def _clearance_options(options: ClearanceOptions) -> ClearanceOptionsRecord:
     """Return the record of clearance options."""
     return ClearanceOptionsRecord(**asdict(options))
-
-
-def _clearance_records(grasp: Grasp) -> list[ClearanceRecord]:
-    """Return the records of the closest pair of every kind."""
-    kinds: tuple[ClearanceKind, ...] = ("link_object", "self_collision", "ground")
-    closest = (least_distance(grasp.clearances, kind) for kind in kinds)
-    return [
-        ClearanceRecord(
-            kind=pair.kind,
-            link_a=pair.link_a,
-            link_b=pair.link_b,
-            distance=pair.distance,
-            point_a=pair.point_a.tolist(),
-            point_b=pair.point_b.tolist(),
-        )
-        for pair in closest
-        if pair is not None
-    ]
 
 
 def _contact_records(grasp: Grasp) -> list[ContactRecord]:

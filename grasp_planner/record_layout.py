@@ -127,6 +127,17 @@ class MarginsRecord(_Record):
     active_tasks: list[MarginRecord | None] = Field(description="null for motions")
 
 
+class StabilityRecord(_Record):
+    """How stiffly the object is held, the palm and the references held, preload included."""
+
+    stable: bool
+    smallest_stiffness: Number = Field(description="rotations measured as lengths at the length given, N/m")
+    direction: Vector6 = Field(description="unit motion (v, length ω) in O that is resisted least")
+    without_preload: Number = Field(description="smallest eigenvalue of G K Gᵀ, N/m")
+    finger_stiffness: Number = Field(description="1 for free joints; not positive if a finger buckles")
+    length: Number = Field(description="m")
+
+
 class ViolationRecord(_Record):
     """Largest violation of every requirement; those of clearance and of load cases only where asked for."""
 
@@ -189,3 +200,4 @@ class GraspRecord(_Record):
     violations: ViolationRecord
     clearances: list[ClearanceRecord] = Field(default=[], description="the closest pair of every kind")
     margins: MarginsRecord | None = Field(default=None, description="null in files written before margins")
+    stability: StabilityRecord | None = Field(default=None, description="null in files written before stability")
