@@ -41,12 +41,10 @@ def test_the_papers_problem_is_a_switch_and_single_options_add_to_it(tmp_path):
     assert not grasp.problem.loads.active
     assert not grasp.problem.clearance.requirements
     assert grasp.margins.passive.size < 0.1
-    added = run(*problem, "--load-force", "0.5", "--load-wrench", "0,0,-1", "--friction-safety", "1.5")
+    added = run(*problem, "--hand-limits", "--load-force", "0.5", "--load-wrench", "0,0,-1", "--friction-safety", "1.5")
     assert added.exit_code == 0, added.output
     grasp = gp.grasp_from_record(gp.read_grasp_record(output))
-    wanted = gp.LoadCases(
-        force=0.5, wrenches=((0, 0, -1, 0, 0, 0),), friction_safety=1.5, min_normal_force=0.0, hand_limits=False
-    )
+    wanted = gp.LoadCases(force=0.5, wrenches=((0, 0, -1, 0, 0, 0),), friction_safety=1.5, min_normal_force=0.0)
     assert grasp.problem.loads == wanted
     assert grasp.feasible
     assert grasp.margins.passive.size > 0.5
