@@ -60,6 +60,7 @@ LOAD_OPTIONS = (
         default=None,
         help="Largest normal force of every contact [N] [default: the hand's].",
     ),
+    click.option("--max-force", type=float, default=None, help="Largest grasping force F [N] [default: none]."),
     click.option(
         "--hand-limits/--no-hand-limits",
         default=None,
@@ -79,6 +80,7 @@ def loads_from_options(
     friction_safety: float | None,
     min_normal: float | None,
     max_normal: float | None,
+    max_force: float | None,
     hand_limits: bool | None,
 ) -> LoadCases:
     """Return the load cases of command-line options: the practical ones, or with ``paper`` none, changed as given.
@@ -93,6 +95,7 @@ def loads_from_options(
         "friction_safety": friction_safety,
         "min_normal_force": min_normal,
         "max_normal_force": max_normal,
+        "max_force_norm": max_force,
         "hand_limits": hand_limits,
     }
     chosen = {name: value for name, value in given.items() if value is not None}

@@ -39,6 +39,8 @@ def loads_text(grasp: Grasp) -> str:
     parts += [f"μ/{loads.friction_safety:g}", f"f_n ≥ {loads.min_normal_force:g} N"]
     if math.isfinite(grasp.problem.max_normal_force):
         parts.append(f"f_n ≤ {grasp.problem.max_normal_force:g} N")
+    if loads.max_force_norm is not None:
+        parts.append(f"F ≤ {loads.max_force_norm:.4g} N")
     return ", ".join(parts)
 
 

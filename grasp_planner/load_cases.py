@@ -48,6 +48,7 @@ class LoadCases:
         friction_safety: s ≥ 1: the cones are those of μ/s, in the nominal case too.
         min_normal_force: Least normal force of every contact in every case [N].
         max_normal_force: Largest normal force of every contact [N]; the hand's own limit, if any, if None.
+        max_force_norm: Largest F = √(Σ f_n²) of the nominal case [N]; none if None.
         hand_limits: Whether the hand's limits of normal forces and joint torques count.
     """
 
@@ -58,6 +59,7 @@ class LoadCases:
     friction_safety: float = 1.2
     min_normal_force: float = 0.1
     max_normal_force: float | None = None
+    max_force_norm: float | None = None
     hand_limits: bool = True
 
     def __post_init__(self) -> None:
@@ -71,6 +73,8 @@ class LoadCases:
             least = max(self.min_normal_force, 0.0)
             if not positive("max_normal_force", self.max_normal_force, unit="N") > least:
                 raise InvalidValueError("max_normal_force", self.max_normal_force, f"more than the least, {least} N")
+        if self.max_force_norm is not None:
+            positive("max_force_norm", self.max_force_norm, unit="N")
         if not isinstance(self.hand_limits, bool):
             raise InvalidValueError("hand_limits", self.hand_limits, "true or false")
         wrenches = tuple(tuple(finite_array("load wrench", w, (6,)).tolist()) for w in self.wrenches)

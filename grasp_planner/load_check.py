@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compliance import series_stiffness, weighted_right_inverse
-from .friction import friction_margins, normal_forces
+from .friction import force_norm, friction_margins, normal_forces
 from .problem import GraspProblem
 from .spatial import Array
 
@@ -68,6 +68,8 @@ def load_violations(
     }
     low, high = _extremes(problem, jacobian.T @ forces.ravel(), jacobian.T @ response)
     found["load_torque_nm"] = (np.maximum(high, -low) - problem.torque_limits).max()
+    if loads.max_force_norm is not None:
+        found["load_force_norm_n"] = force_norm(forces, normals) - loads.max_force_norm
     return {name: float(max(0.0, value)) for name, value in found.items()}
 
 

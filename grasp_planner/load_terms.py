@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from .problem import GraspProblem
 from .spatial import Array
 from .state import GraspState
@@ -59,6 +61,25 @@ class LoadTorque(Constraint):
         return state.loads.d_torque
 
 
+class ForceBudget(Constraint):
+    """F stays within its budget."""
+
+    name, unit, equality, scale = "force_norm", "N", False, 1.0
+    geometric = False
+
+    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return what is left of the budget."""
+        assert problem.loads.max_force_norm is not None
+        return np.array([problem.loads.max_force_norm - state.force_norm])
+
+    def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return its derivatives."""
+        return -state.d_force_norm[None]
+
+
 def load_constraints(problem: GraspProblem) -> tuple[Constraint, ...]:
     """Return the constraints of a problem's load cases."""
-    return (LoadFriction(), LoadNormalForce(), LoadTorque()) if problem.loads.active else ()
+    if not problem.loads.active:
+        return ()
+    budget = () if problem.loads.max_force_norm is None else (ForceBudget(),)
+    return (LoadFriction(), LoadNormalForce(), LoadTorque(), *budget)

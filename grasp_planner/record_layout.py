@@ -77,6 +77,7 @@ class LoadCasesRecord(_Record):
     friction_safety: Number = Field(description="s of the cones of μ/s")
     min_normal_force: Number = Field(description="N")
     max_normal_force: Optional = Field(description="N; null for the hand's own limit")
+    max_force_norm: Optional = Field(description="largest F, N; null for none")
     hand_limits: bool = Field(description="whether the hand's limits of normal forces and joint torques count")
 
 
@@ -158,6 +159,7 @@ class ViolationRecord(_Record):
     load_min_normal_n: Optional = None
     load_max_normal_n: Optional = None
     load_torque_nm: Optional = None
+    load_force_norm_n: Optional = None
 
 
 class GraspRecord(_Record):
