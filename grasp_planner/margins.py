@@ -65,8 +65,21 @@ class GraspMargins:
 
 
 @dataclass(frozen=True)
-class _Holding:
-    """What the margins need to know of a grasp: forces, how they answer, limits."""
+class Holding:
+    """What the margins need to know of a grasp: forces, how they answer, limits.
+
+    Attributes:
+        contacts: The contacts.
+        names: Their names.
+        joint_names: Names of the joints.
+        forces: Nominal f [N], of shape (n_c, 3).
+        response: R: a unit of disturbance changes f by −R, of shape (3 n_c, 6).
+        internal: Orthonormal basis of the internal forces that the synergies command, of shape (3 n_c, k).
+        jacobian: J [m/rad], of shape (3 n_c, n_q).
+        friction: μ.
+        max_normal: Largest normal force [N].
+        torque_limits: Largest joint torques [N m], of shape (n_q,).
+    """
 
     contacts: Contacts
     names: tuple[str, ...]
@@ -98,24 +111,32 @@ def grasp_margins(
         because then nothing says how the contacts share a disturbance.
     """
     stiff = problem.parameters.contact_stiffness > 0.0
-    held = _Holding(
+    response = response_matrix(problem, grasp, jacobian) if stiff else np.full((forces.size, 6), np.nan)
+    held = holding(problem, contacts, forces, jacobian, response, _basis(internal))
+    reactions = [_reaction(task) for task in problem.tasks]
+    return GraspMargins(
+        passive=_worst_passive(held),
+        passive_tasks=tuple(None if d is None else passive_margins(held, d[None])[0] for d in reactions),
+        active=min((_active(held, _force(d)) for d in sphere_directions(edges=True)), key=lambda margin: margin.size),
+        active_tasks=tuple(None if d is None else _active(held, d) for d in reactions),
+    )
+
+
+def holding(
+    problem: GraspProblem, contacts: Contacts, forces: Array, jacobian: Array, response: Array, internal: Array
+) -> Holding:
+    """Return what the margins need to know of a grasp; the arguments are as in :class:`Holding`."""
+    return Holding(
         contacts=contacts,
         names=tuple(frame.name for frame in problem.frames),
         joint_names=problem.hand.joint_names,
         forces=forces,
-        response=response_matrix(problem, grasp, jacobian) if stiff else np.full((forces.size, 6), np.nan),
-        internal=_basis(internal),
+        response=response,
+        internal=internal,
         jacobian=jacobian,
         friction=problem.parameters.friction,
         max_normal=problem.loads.max_normal_force or problem.hand.max_normal_force,
         torque_limits=problem.hand.torque_limits,
-    )
-    reactions = [_reaction(task) for task in problem.tasks]
-    return GraspMargins(
-        passive=_worst_passive(held),
-        passive_tasks=tuple(None if d is None else _passive(held, d[None])[0] for d in reactions),
-        active=min((_active(held, _force(d)) for d in sphere_directions(edges=True)), key=lambda margin: margin.size),
-        active_tasks=tuple(None if d is None else _active(held, d) for d in reactions),
     )
 
 
@@ -135,7 +156,7 @@ def _basis(internal: Array) -> Array:
     return left[:, values > 1e-9 * max(float(values[0]), 1e-300)]
 
 
-def _worst_passive(held: _Holding) -> Margin:
+def _worst_passive(held: Holding) -> Margin:
     """Return the passive margin in the worst direction: of a spiral, then refined around the worst one."""
     index = np.arange(PASSIVE_DIRECTIONS) + 0.5
     height, angle = 1.0 - 2.0 * index / PASSIVE_DIRECTIONS, math.pi * (1.0 + math.sqrt(5.0)) * index
@@ -149,7 +170,7 @@ def _worst_passive(held: _Holding) -> Margin:
         directions = np.vstack([best, best + reach * spiral[:200], best + 0.3 * reach * spiral[200:2000:20]])
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         reach *= 0.2
-    return _passive(held, _wrenches(best[None]))[0]
+    return passive_margins(held, _wrenches(best[None]))[0]
 
 
 def _wrenches(directions: Array) -> Array:
@@ -157,7 +178,7 @@ def _wrenches(directions: Array) -> Array:
     return np.hstack([directions, np.zeros_like(directions)])
 
 
-def _passive(held: _Holding, wrenches: Array) -> list[Margin]:
+def passive_margins(held: Holding, wrenches: Array) -> list[Margin]:
     """Return the passive margins along unit wrenches, of shape (n_d, 6), with what gives way."""
     scales = passive_scales(held, wrenches)
     labels = [
@@ -172,7 +193,7 @@ def _passive(held: _Holding, wrenches: Array) -> list[Margin]:
     return found
 
 
-def passive_scales(held: _Holding, wrenches: Array) -> Array:
+def passive_scales(held: Holding, wrenches: Array) -> Array:
     """Return the s at which f − s R d meets each limit: cones, normal forces, joint torques.
 
     Args:
@@ -221,7 +242,7 @@ def _until(left: Array, rate: Array) -> Array:
     return np.where(np.isnan(rate), np.nan, scales)
 
 
-def _active(held: _Holding, wrench: Array) -> Margin:
+def _active(held: Holding, wrench: Array) -> Margin:
     """Return the margin along a unit wrench with internal forces re-optimised through the synergies.
 
     Maximise s over (y, s) with f = f₀ + E y − s R d in the cones and within the limits, E the commanded

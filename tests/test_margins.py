@@ -8,7 +8,7 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.contacts import Contacts
 from grasp_planner.load_check import case_forces, response_matrix
-from grasp_planner.margins import _Holding, _worst_passive, passive_scales
+from grasp_planner.margins import Holding, _worst_passive, passive_scales
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_two_fingers_known_by_hand(right):
     """
     normals = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
     response = np.vstack([0.5 * np.eye(3, 6), 0.5 * np.eye(3, 6)])
-    base = _Holding(
+    base = Holding(
         Contacts(-0.03 * normals, normals, np.zeros(2)),
         ("left", "right"),
         ("joint",),
