@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
 
 from .grasp import Grasp
 from .margins import Margin
@@ -60,3 +62,11 @@ def _size(margin: Margin, unit: str) -> str:
 def direction_text(direction: Array) -> str:
     """Return a direction as three short numbers."""
     return "(" + " ".join(f"{value:+.2f}" for value in np.round(direction, 2) + 0.0) + ")"
+
+
+def new_table(title: str, columns: tuple[str, ...]) -> Table:
+    """Return a narrow table: the first column names, the others hold numbers."""
+    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for index, column in enumerate(columns):
+        table.add_column(column, justify="right" if index else "left", no_wrap=True)
+    return table

@@ -16,13 +16,13 @@ Vector3 = tuple[Number, Number, Number]
 Vector6 = tuple[Number, Number, Number, Number, Number, Number]
 
 
-class _Record(BaseModel):
+class Record(BaseModel):
     """Frozen record that refuses unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class TaskRecord(_Record):
+class TaskRecord(Record):
     """One task direction and how well the grasp transmits it."""
 
     text: str = Field(description="text form, for instance force:0,1,0")
@@ -34,14 +34,14 @@ class TaskRecord(_Record):
     alignment_degenerate: bool
 
 
-class PoseRecord(_Record):
+class PoseRecord(Record):
     """A pose in O."""
 
     position: Vector3 = Field(description="m")
     quaternion_xyzw: tuple[Number, Number, Number, Number]
 
 
-class ContactRecord(_Record):
+class ContactRecord(Record):
     """One contact, in O."""
 
     name: str
@@ -56,7 +56,7 @@ class ContactRecord(_Record):
     friction_margin: Number = Field(description="μ f_n − |f_t|, N")
 
 
-class ClearanceOptionsRecord(_Record):
+class ClearanceOptionsRecord(Record):
     """What had to keep clear of what."""
 
     link_object: LinkObjectMode = Field(description="Remark 2: real geometry, joint centres only, or off")
@@ -67,7 +67,7 @@ class ClearanceOptionsRecord(_Record):
     ground: Optional = Field(description="height of the ground along the direction opposite to gravity, m")
 
 
-class LoadCasesRecord(_Record):
+class LoadCasesRecord(Record):
     """What the grasp had to withstand; all zero (friction_safety one) for the paper's problem."""
 
     force: Number = Field(description="radius of the sphere of disturbing forces, N")
@@ -81,7 +81,7 @@ class LoadCasesRecord(_Record):
     hand_limits: bool = Field(description="whether the hand's limits of normal forces and joint torques count")
 
 
-class ClearanceRecord(_Record):
+class ClearanceRecord(Record):
     """The closest pair of a kind, by exact distances; in O."""
 
     kind: Literal["link_object", "self_collision", "ground"]
@@ -92,7 +92,7 @@ class ClearanceRecord(_Record):
     point_b: Vector3 = Field(description="m")
 
 
-class ParameterRecord(_Record):
+class ParameterRecord(Record):
     """Parameters of the model."""
 
     mu: Number
@@ -111,7 +111,7 @@ class ParameterRecord(_Record):
     loads: LoadCasesRecord = Field(default_factory=lambda: LoadCasesRecord(**asdict(LoadCases.off())))
 
 
-class MarginRecord(_Record):
+class MarginRecord(Record):
     """The largest disturbance resisted along one direction."""
 
     size: Optional = Field(description="N, or N m along a torque; null if nothing gives way")
@@ -119,7 +119,7 @@ class MarginRecord(_Record):
     gives_way: str = Field(description="what gives way first; empty where it is not computed")
 
 
-class MarginsRecord(_Record):
+class MarginsRecord(Record):
     """Margins against disturbing forces, with the true μ and the hand's limits; tasks: against the reaction −d."""
 
     passive: MarginRecord | None = Field(description="worst direction, the references held; null if undefined")
@@ -128,7 +128,7 @@ class MarginsRecord(_Record):
     active_tasks: list[MarginRecord | None] = Field(description="null for motions")
 
 
-class StabilityRecord(_Record):
+class StabilityRecord(Record):
     """How stiffly the object is held, the palm and the references held, preload included."""
 
     stable: bool
@@ -139,7 +139,7 @@ class StabilityRecord(_Record):
     length: Number = Field(description="m")
 
 
-class ViolationRecord(_Record):
+class ViolationRecord(Record):
     """Largest violation of every requirement; those of clearance and of load cases only where asked for."""
 
     surface_m: Number
@@ -162,7 +162,7 @@ class ViolationRecord(_Record):
     load_force_norm_n: Optional = None
 
 
-class GraspRecord(_Record):
+class GraspRecord(Record):
     """A planned grasp. Frame O: the object's centre of mass; P: the palm."""
 
     schema_version: Literal[1] = 1
