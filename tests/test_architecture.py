@@ -41,6 +41,7 @@ LAYERS = (
     "program",
     "phase_one",
     "starts",
+    "preparation",
     "clearance_check",
     "grasp",
     "planner",
