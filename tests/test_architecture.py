@@ -45,6 +45,7 @@ LAYERS = (
     "program",
     "phase_one",
     "starts",
+    "preparation",
     "clearance_check",
     "load_check",
     "margins",
