@@ -21,7 +21,7 @@ from .contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix
 from .force_closure import force_closure_margin, force_norm_floor
 from .friction import force_norm, friction_margins, normal_forces
 from .load_check import load_violations
-from .margins import GraspMargins, grasp_margins
+from .margins import GraspMargins, Holding, Margin, disturbance_response, grasp_margins, holding, worst_passive_margin
 from .problem import GraspProblem
 from .search_report import IterationRecord as IterationRecord
 from .search_report import SearchReport as SearchReport
@@ -189,22 +189,23 @@ class Grasp:
         return parameters.force_weight * self.force_norm + parameters.task_weight * self.task_index
 
     @cached_property
+    def _holding(self) -> Holding:
+        """What the margins need to know."""
+        problem, grasp, jacobian = self.problem, self.grasp_matrix, self.hand_jacobian
+        k_c = problem.parameters.contact_stiffness
+        internal = internal_forces(grasp, jacobian, problem.synergies.basis, self.stiffness, k_c)
+        response = disturbance_response(problem, grasp, jacobian)
+        return holding(problem, self.contacts, self.forces, jacobian, response, internal)
+
+    @cached_property
+    def passive_margin(self) -> Margin:
+        """Largest disturbing force resisted in the worst direction with the references held."""
+        return worst_passive_margin(self._holding)
+
+    @cached_property
     def margins(self) -> GraspMargins:
         """Largest disturbances resisted, in the worst direction and along the tasks, whether asked for or not."""
-        return grasp_margins(
-            self.problem,
-            self.contacts,
-            self.forces,
-            self.grasp_matrix,
-            self.hand_jacobian,
-            internal_forces(
-                self.grasp_matrix,
-                self.hand_jacobian,
-                self.problem.synergies.basis,
-                self.stiffness,
-                self.problem.parameters.contact_stiffness,
-            ),
-        )
+        return grasp_margins(self._holding, self.problem.tasks, self.passive_margin)
 
     @cached_property
     def stability(self) -> Stability:

@@ -82,7 +82,7 @@ def improve_grasp(
     options = PlannerOptions(starts=starts, enough=1, max_iterations=400, tolerance=1e-10)
     loads = replace(grasp.problem.loads, max_force_norm=(1.0 + budget) * grasp.force_norm)
     best, steps = grasp, []
-    works, fails = grasp.margins.passive.size, largest
+    works, fails = grasp.passive_margin.size, largest
     target = max(2.0 * works, 0.25)
     for _ in range(trials):
         problem = replace(grasp.problem, loads=replace(loads, force=min(target, largest)))
@@ -90,7 +90,7 @@ def improve_grasp(
         found = plan_grasp(problem, seed=seed, options=options, start=start)
         steps.append(ImprovementStep(target, found.feasible, found.force_norm, found.task_index))
         if found.feasible:
-            if found.margins.passive.size > best.margins.passive.size:
+            if found.passive_margin.size > best.passive_margin.size:
                 best = found
             works = max(works, target)
         else:

@@ -8,6 +8,7 @@ coefficient of friction and the hand's own limits count, whatever the problem as
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,46 +94,57 @@ class Holding:
     torque_limits: Array
 
 
-def grasp_margins(
-    problem: GraspProblem, contacts: Contacts, forces: Array, grasp: Array, jacobian: Array, internal: Array
-) -> GraspMargins:
+def grasp_margins(held: Holding, tasks: Sequence[TaskDirection], passive: Margin | None = None) -> GraspMargins:
     """Return the margins of a grasp.
 
     Args:
-        problem: The problem.
-        contacts: The contacts.
-        forces: Nominal f [N], of shape (n_c, 3).
-        grasp: G, of shape (6, 3 n_c).
-        jacobian: J [m/rad], of shape (3 n_c, n_q).
-        internal: Map from δσ to internal forces [N/rad], of shape (3 n_c, n_s).
+        held: The grasp.
+        tasks: The tasks.
+        passive: The passive margin in the worst direction if it is known already.
 
     Returns:
         The margins; zero where the nominal forces already break a limit, not a number without contact stiffness,
         because then nothing says how the contacts share a disturbance.
     """
-    stiff = problem.parameters.contact_stiffness > 0.0
-    response = response_matrix(problem, grasp, jacobian) if stiff else np.full((forces.size, 6), np.nan)
-    held = holding(problem, contacts, forces, jacobian, response, _basis(internal))
-    reactions = [_reaction(task) for task in problem.tasks]
+    reactions = [_reaction(task) for task in tasks]
     return GraspMargins(
-        passive=_worst_passive(held),
+        passive=passive or worst_passive_margin(held),
         passive_tasks=tuple(None if d is None else passive_margins(held, d[None])[0] for d in reactions),
         active=min((_active(held, _force(d)) for d in sphere_directions(edges=True)), key=lambda margin: margin.size),
         active_tasks=tuple(None if d is None else _active(held, d) for d in reactions),
     )
 
 
+def disturbance_response(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
+    """Return R = G_K^R, of shape (3 n_c, 6), not a number without contact stiffness."""
+    if problem.parameters.contact_stiffness > 0.0:
+        return response_matrix(problem, grasp, jacobian)
+    return np.full((len(jacobian), 6), np.nan)
+
+
 def holding(
     problem: GraspProblem, contacts: Contacts, forces: Array, jacobian: Array, response: Array, internal: Array
 ) -> Holding:
-    """Return what the margins need to know of a grasp; the arguments are as in :class:`Holding`."""
+    """Return what the margins need to know of a grasp.
+
+    Args:
+        problem: The problem.
+        contacts: The contacts.
+        forces: Nominal f [N], of shape (n_c, 3).
+        jacobian: J [m/rad], of shape (3 n_c, n_q).
+        response: R, of shape (3 n_c, 6).
+        internal: Map from δσ to internal forces [N/rad], of shape (3 n_c, n_s).
+
+    Returns:
+        What they need.
+    """
     return Holding(
         contacts=contacts,
         names=tuple(frame.name for frame in problem.frames),
         joint_names=problem.hand.joint_names,
         forces=forces,
         response=response,
-        internal=internal,
+        internal=_basis(internal),
         jacobian=jacobian,
         friction=problem.parameters.friction,
         max_normal=problem.loads.max_normal_force or problem.hand.max_normal_force,
@@ -152,11 +164,13 @@ def _force(direction: Array) -> Array:
 
 def _basis(internal: Array) -> Array:
     """Return an orthonormal basis of the internal forces that the synergies command, of shape (m, ≤ n_s)."""
+    if not internal.size:
+        return internal
     left, values, _ = np.linalg.svd(internal, full_matrices=False)
     return left[:, values > 1e-9 * max(float(values[0]), 1e-300)]
 
 
-def _worst_passive(held: Holding) -> Margin:
+def worst_passive_margin(held: Holding) -> Margin:
     """Return the passive margin in the worst direction: of a spiral, then refined around the worst one."""
     index = np.arange(PASSIVE_DIRECTIONS) + 0.5
     height, angle = 1.0 - 2.0 * index / PASSIVE_DIRECTIONS, math.pi * (1.0 + math.sqrt(5.0)) * index

@@ -8,7 +8,7 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.contacts import Contacts
 from grasp_planner.load_check import case_forces, response_matrix
-from grasp_planner.margins import Holding, _worst_passive, passive_scales
+from grasp_planner.margins import Holding, passive_scales, worst_passive_margin
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +94,7 @@ def test_two_fingers_known_by_hand(right):
     assert passive_scales(base, across).min() == pytest.approx(8.0)
     assert passive_scales(base, along).min() == pytest.approx(10.0)
     assert passive_scales(replace(base, max_normal=6.0), along).min() == pytest.approx(2.0)
-    worst = _worst_passive(base)
+    worst = worst_passive_margin(base)
     # Slanted: |s/2 cos| = μ (5 − s/2 sin) is worst where tan = μ: s = 2 · 5 μ / √(1 + μ²).
     assert worst.size == pytest.approx(10.0 * 0.8 / np.hypot(1.0, 0.8), rel=1e-4)
     assert worst.gives_way.startswith("friction at ")
