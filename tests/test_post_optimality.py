@@ -44,6 +44,7 @@ def check_against_solving_anew(grasp, names):
     return found
 
 
+@pytest.mark.slow
 def test_three_synergies_answer_as_predicted(plain):
     found = check_against_solving_anew(plain, ["friction μ", "mass", "object rx"])
     assert found.sensitivity("friction μ").d_force_norm < 0.0, "more friction, less force"
@@ -73,6 +74,7 @@ def test_the_posture_answers_as_predicted(plain):
     np.testing.assert_allclose(sensitivity.d_joint_angles, moved, atol=0.05 * np.abs(moved).max())
 
 
+@pytest.mark.slow
 def test_beyond_the_validity_radius_the_active_set_has_changed(plain):
     friction = next(parameter for parameter in parameters_of(plain) if parameter.name == "friction μ")
     first = post_optimality(plain, [friction])
