@@ -58,6 +58,7 @@ LAYERS = (
     "paper_tables",
     "reproduce",
     "reproduce_page",
+    "benchmark_problems",
     "benchmark",
     "batch",
     "viewer",
