@@ -13,6 +13,7 @@ from .cli_bench import bench
 from .cli_hand import hand_group
 from .cli_plan import plan
 from .cli_reproduce import reproduce
+from .cli_simulate import simulate
 from .cli_synergies import synergies_group
 from .cli_view import export, view
 from .exceptions import GraspPlannerError
@@ -52,6 +53,7 @@ for command in (
     export,
     reproduce,
     bench,
+    simulate,
     batch_command,
     report_command,
     export_command,

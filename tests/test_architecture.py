@@ -58,6 +58,7 @@ LAYERS = (
     "reproduce",
     "reproduce_page",
     "benchmark",
+    "simulate",
     "batch",
     "viewer",
     "cli_options",
@@ -68,6 +69,7 @@ LAYERS = (
     "cli_synergies",
     "cli_batch",
     "cli_view",
+    "cli_simulate",
     "cli",
 )
 BESIDE = {"human_hand", "retargeting", "__init__", "__main__"}

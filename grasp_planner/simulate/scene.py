@@ -19,6 +19,10 @@ from .tips import Tip, colliding_solids, fingertips
 from .xml_text import Element, add
 
 
+COMPLIANCE_NOTE = 1e-5
+"""Violation of the compliance law from which on the prediction is said not to be exact [rad]."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """A scene.
@@ -61,6 +65,8 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
     friction = problem.parameters.friction if protocol.friction is None else protocol.friction
     root = ElementTree.Element("mujoco", model=hand.name)
     _add_options(root, protocol, problem.parameters.gravity if protocol.gravity else np.zeros(3))
+    # Nothing collides but the pairs listed below.
+    add(add(root, "default"), "geom", contype="0", conaffinity="0")
     assets = add(root, "asset")
     world = add(root, "worldbody")
     object_names = add_object(world, problem.grasp_object, mass, pieces)
@@ -82,6 +88,9 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
         notes.append("point fingertips: their links overlap the object as planned and do not touch it")
     if protocol.geometry == "contacts":
         notes.append("only the fingertips collide")
+    off = grasp.violations["compliance_rad"]
+    if off > COMPLIANCE_NOTE:
+        notes.append(f"the synergies can't give these forces exactly: joints off by up to {off:.2g} rad")
     xml = ElementTree.tostring(root, encoding="unicode")
     tip_names = tuple(f"tip_{tip.name}" for tip in tips)
     return Scene(xml, tip_names, tuple(object_names), mass, friction, tuple(notes))
