@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from rich.box import SIMPLE_HEAD
@@ -74,7 +74,7 @@ def simulate(
     The object is pushed along ±x, ±y, ±z and twisted about them; the ladder finds the loads at which it is lost.
     Exit code 0: all six forces were held; 3: not; 2: wrong usage.
     """
-    given = {"mass": mass, "friction": friction, "force": force, "geometry": geometry}
+    given: dict[str, Any] = {"mass": mass, "friction": friction, "force": force, "geometry": geometry}
     protocol = replace(find_protocol(name), **{key: value for key, value in given.items() if value is not None})
     if (result is None) == (run_folder is None):
         raise click.UsageError("Give either RESULT or --run.")

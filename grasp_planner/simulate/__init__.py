@@ -5,6 +5,7 @@ from .gate import GateReport as GateReport
 from .protocol import PROTOCOLS as PROTOCOLS
 from .protocol import Protocol as Protocol
 from .protocol import find_protocol as find_protocol
+from .protocol import protocol_from as protocol_from
 from .record import simulation_json as simulation_json
 from .record import simulation_record as simulation_record
 from .result import DirectionReport as DirectionReport

@@ -1,4 +1,4 @@
-"""An object as MJCF: exact primitives where MuJoCo has them, unions of primitives for rounded boxes, hulls for meshes."""
+"""An object as MJCF: exact primitives, unions of primitives for rounded boxes, convex pieces for meshes."""
 
 from __future__ import annotations
 

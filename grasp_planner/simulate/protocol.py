@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -134,3 +134,19 @@ def find_protocol(name: str) -> Protocol:
     if name not in PROTOCOLS:
         raise NameNotFoundError("protocol", name, PROTOCOLS)
     return PROTOCOLS[name]
+
+
+def protocol_from(fields: dict[str, Any]) -> Protocol:
+    """Return a protocol from its fields as JSON gives them, lists for tuples.
+
+    Raises:
+        InvalidValueError: If a field does not exist or is out of range.
+    """
+    values: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()
+    }
+    known = Protocol.__dataclass_fields__
+    for name in values:
+        if name not in known:
+            raise NameNotFoundError("protocol field", name, known)
+    return Protocol(**values)

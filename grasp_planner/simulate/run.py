@@ -11,14 +11,16 @@ from ..spatial import Array, positive
 from .closing import ReferencePath, free_posture, reference_path
 from .gate import GateReport, check_posture
 from .protocol import PLAN, Protocol
-from .result import Frame, RestReport, Simulation
-from .trials import push_all
-from .world import World
+from .result import DirectionReport, Frame, RestReport, Simulation
+from .trials import DIRECTIONS, push_all
+from .world import Snapshot, World
 
 STAGE_STEPS = 10
 """Set-points of each stage of closing."""
 MEAN_S, MEAN_SAMPLES = 0.1, 10
 """Forces at rest are the mean of samples over the last part of the rest [s]."""
+RECORDED_PUSH_S = 1.0
+"""How much of each push is recorded [s]."""
 FRAME_S = 1.0 / 30.0
 """Time between the frames of a recording [s]."""
 
@@ -68,12 +70,17 @@ def simulate_grasp(
     path = reference_path(tested) if protocol.start == "open" else None
     gates = _gates(tested, protocol, path)
     surface_error = world.surface_error()
-    rest, directions, frames = None, (), _Recorder(world, record)
+    rest: RestReport | None = None
+    directions: tuple[DirectionReport, ...] = ()
+    frames = _Recorder(world, record)
     if all(gate.passed for gate in gates):
         say("closing")
         rest = _rest(world, path, frames)
         say("pushing")
-        directions = push_all(world, world.save(), ladder=ladder)
+        begin = world.save()
+        directions = push_all(world, begin, ladder=ladder)
+        if record:
+            _record_pushes(world, begin, frames)
     return Simulation(
         grasp=tested,
         protocol=protocol,
@@ -95,21 +102,33 @@ class _Recorder:
     def __init__(self, world: World, record: bool) -> None:
         self.world, self.record = world, record
         self.frames: list[Frame] = []
+        self._clock = 0.0
 
     def run(self, duration: float) -> None:
         """Simulate for a time [s]."""
-        if not self.record:
-            self.world.run(duration)
-            return
-        for _ in range(max(1, round(duration / FRAME_S))):
-            self.world.run(duration / max(1, round(duration / FRAME_S)))
+        count = max(1, round(duration / FRAME_S)) if self.record else 1
+        for _ in range(count):
+            self.world.run(duration / count)
+            self._clock += duration / count
             self.keep()
 
     def keep(self) -> None:
         """Keep the present instant."""
         if self.record:
             world = self.world
-            self.frames.append(Frame(world.time, world.independent_angles, world.object_pose))
+            self.frames.append(Frame(self._clock, world.independent_angles, world.object_pose))
+
+
+def _record_pushes(world: World, begin: Snapshot, recorder: _Recorder) -> None:
+    """Record one force push after the other, each from the rest."""
+    for kind, _, axis, sign in DIRECTIONS:
+        if kind == "force":
+            world.restore(begin)
+            wrench = np.zeros(6)
+            wrench[axis] = sign * world.protocol.force
+            world.push(wrench)
+            recorder.run(RECORDED_PUSH_S)
+            world.push(np.zeros(6))
 
 
 def _gates(grasp: Grasp, protocol: Protocol, path: ReferencePath | None) -> tuple[GateReport, ...]:

@@ -1,4 +1,4 @@
-"""The whole scene as MJCF text: hand with fixed palm, free object, every pair that may touch, and the simulator's options.
+"""The whole scene as MJCF text: hand with fixed palm, free object, every pair that may touch, options.
 
 The world frame is the object frame O of the plan. The hand's own weight is compensated, as in the plan.
 """
@@ -17,7 +17,6 @@ from .mjcf_object import ObjectSolid, add_object, object_solids
 from .protocol import Protocol
 from .tips import Tip, colliding_solids, fingertips
 from .xml_text import Element, add
-
 
 COMPLIANCE_NOTE = 1e-5
 """Violation of the compliance law from which on the prediction is said not to be exact [rad]."""
@@ -72,8 +71,7 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
     object_names = add_object(world, problem.grasp_object, mass, pieces)
     bodies = add_hand(world, problem, grasp.palm_pose * hand.palm_in_root.inverse(), solids)
     for tip in tips:
-        place = {"pos": tip.centre, "size": [tip.radius]}
-        add(bodies[tip.joint], "geom", name=f"tip_{tip.name}", type="sphere", **place)
+        add(bodies[tip.joint], "geom", name=f"tip_{tip.name}", type="sphere", pos=tip.centre, size=[tip.radius])
     _add_meshes(assets, solids, pieces)
     names = [f"solid_{number}_{shape.name}" for number, shape in enumerate(solids)]
     contact = add(root, "contact")

@@ -1,4 +1,4 @@
-"""The fingertips that touch: spheres that pass exactly through the planned contacts, and what else of the hand collides.
+"""The fingertips that touch, spheres through the planned contacts, and what else of the hand collides.
 
 A spherical fingertip is its sphere. A point fingertip (radius 0) is a tiny sphere behind the planned point, tangent
 there to the object. Its physical link overlaps the object by about the finger's radius, as in the plan, and does
