@@ -6,14 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..contacts import find_contacts, fingertip_positions
 from ..grasp import Grasp
 from ..spatial import Array
+from .gate import check_posture
+from .protocol import Geometry
 
-OPENINGS = (0.02, 0.015, 0.01, 0.006, 0.003)
-"""Distances the open fingertips keep from the object [m]; the first that all of them reach is taken."""
+OPENINGS = (0.02, 0.012, 0.006, 0.003, 0.0015)
+"""Mean distances of the open fingertips from the object [m] …"""
+OPENING_DAMPINGS = (0.1, 0.03, 0.01, 0.001)
+"""… reached with steps of the references damped as these [m/rad]; the first open posture without overlap is taken."""
 DAMPING = 1e-3
-"""Damping of the least-squares problems [m/rad]."""
+"""Damping of the least-squares problem of the touching references [m/rad]."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +38,12 @@ class ReferencePath:
         return (self.open, self.touching), (self.touching, self.squeezing)
 
 
-def reference_path(grasp: Grasp) -> ReferencePath:
+def reference_path(grasp: Grasp, geometry: Geometry = "links") -> ReferencePath:
     """Return how the references go from an open hand to a grasp.
 
     Args:
         grasp: The grasp.
+        geometry: What of the hand must not overlap when it is open.
 
     Returns:
         The references.
@@ -51,21 +55,26 @@ def reference_path(grasp: Grasp) -> ReferencePath:
     away = grasp.hand_jacobian @ (grasp.joint_angles - grasp.reference_joint_angles)
     touching = grasp.sigma + np.linalg.solve(by_sigma.T @ by_sigma + regular, by_sigma.T @ away)
     slopes = -np.einsum("ij,ijk->ik", grasp.contacts.normals, by_sigma.reshape(-1, 3, n_s))
+    candidates = [
+        touching + opening * _opening_step(slopes, damping) for opening in OPENINGS for damping in OPENING_DAMPINGS
+    ]
+    reports = []
+    for sigma in candidates:
+        reports.append(check_posture(grasp, free_posture(grasp, sigma), "open", geometry, 0.0))
+        if reports[-1].passed:
+            break
+    overlaps = [max(report.object_overlap, report.self_overlap) for report in reports]
+    return ReferencePath(candidates[int(np.argmin(overlaps))], touching, grasp.sigma)
+
+
+def _opening_step(slopes: Array, damping: float) -> Array:
+    """Return the step of the references that opens the fingertips by 1 m on average, all alike where it can."""
+    regular = damping**2 * np.eye(slopes.shape[1])
     step = np.linalg.solve(slopes.T @ slopes + regular, slopes.T @ np.ones(len(slopes)))
-    candidates = [touching + opening * step for opening in OPENINGS]
-    gaps = [float(free_gaps(grasp, sigma).min()) for sigma in candidates]
-    clear = next((k for k, gap in enumerate(gaps) if gap > 0.0), int(np.argmax(gaps)))
-    return ReferencePath(candidates[clear], touching, grasp.sigma)
+    return step / max(float((slopes @ step).mean()), 1e-3)
 
 
 def free_posture(grasp: Grasp, sigma: Array) -> Array:
     """Return the posture of the hand without contact, within its limits [rad], of shape (n_q,)."""
     hand = grasp.problem.hand
     return np.clip(grasp.problem.synergies.joint_angles(sigma), hand.lower, hand.upper)
-
-
-def free_gaps(grasp: Grasp, sigma: Array) -> Array:
-    """Return the gaps of the fingertips of the hand without contact [m], of shape (n_c,)."""
-    problem = grasp.problem
-    centres = fingertip_positions(problem.hand, problem.frames, free_posture(grasp, sigma), grasp.palm_pose)
-    return find_contacts(centres, problem.radii, problem.grasp_object.solid).gaps

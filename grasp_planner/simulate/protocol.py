@@ -69,7 +69,7 @@ class Protocol:
     geometry: Geometry = "links"
     timestep: float = 0.001
     solref: tuple[float, float] = (0.003, 1.0)
-    solimp: tuple[float, float, float] = (0.99, 0.99, 0.001)
+    solimp: tuple[float, float, float] = (0.999, 0.999, 0.001)
     impratio: float = 1000.0
     noslip_iterations: int = 0
 

@@ -67,7 +67,7 @@ def simulate_grasp(
     tested = squeezed(grasp, squeeze)
     world = World(tested, protocol)
     say = progress or (lambda _: None)
-    path = reference_path(tested) if protocol.start == "open" else None
+    path = reference_path(tested, protocol.geometry) if protocol.start == "open" else None
     gates = _gates(tested, protocol, path)
     surface_error = world.surface_error()
     rest: RestReport | None = None
