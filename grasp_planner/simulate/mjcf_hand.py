@@ -24,6 +24,8 @@ SPRING_RATE = 200.0
 """Natural frequency each spring gets by the armature of its joint [rad/s]; a geared motor's inertia is alike."""
 FOLLOWER_SHARE = 0.1
 """Armature of a coupled joint, as a share of that of the joint it follows."""
+LIMIT_PLAY = 1e-3
+"""How far the stops lie beyond the joint limits [rad]: a plan at a limit does not lean on a stop."""
 LEAST_MASS, LEAST_INERTIA = 1e-4, 1e-8
 """Floors of the mass [kg] and the principal moments [kg m²] of a link."""
 
@@ -79,7 +81,7 @@ def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[
             attributes = {"stiffness": stiffness[source], "springref": mean[source], "damping": damping}
         else:
             armature *= FOLLOWER_SHARE
-        limits = [float(model.lowerPositionLimit[index]), float(model.upperPositionLimit[index])]
+        limits = model.lowerPositionLimit[index] - LIMIT_PLAY, model.upperPositionLimit[index] + LIMIT_PLAY
         axis = joint_axis(hand, joint)
         add(body, "joint", name=name, type="hinge", axis=axis, range=limits, armature=armature, **attributes)
         bodies[joint] = body

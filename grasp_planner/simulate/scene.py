@@ -106,6 +106,7 @@ def _add_options(root: Element, protocol: Protocol, gravity: np.ndarray) -> None
         cone="elliptic",
         impratio=protocol.impratio,
         noslip_iterations=protocol.noslip_iterations,
+        ccd_tolerance=1e-9,
     )
     # A diverged simulation has to stay diverged: MuJoCo would put the object back where it was planned.
     add(option, "flag", autoreset="disable")

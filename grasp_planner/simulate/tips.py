@@ -18,8 +18,10 @@ from ..spatial import Array
 
 POINT_RADIUS = 5e-4
 """Radius of the sphere that stands for a point fingertip [m]."""
-COMPRESSION = 3e-6
+COMPRESSION = 1e-7
 """How far fingertips reach into the object at the plan [m]: contacts then carry their load from the first step on."""
+ROUNDING = 1e-5
+"""Gaps of the plan up to this are taken for the planner's tolerance and closed [m]."""
 PATCH_INSET = 2e-4
 """How much thinner a solid around a spherical fingertip is made, so that the sphere touches first [m]."""
 
@@ -52,12 +54,13 @@ def fingertips(grasp: Grasp) -> tuple[Tip, ...]:
     pin.forwardKinematics(hand.model, data, hand.full_configuration(grasp.joint_angles))
     root = grasp.palm_pose * hand.palm_in_root.inverse()
     tips = []
-    for frame, normal in zip(problem.frames, grasp.contacts.normals, strict=True):
+    contacts = grasp.contacts
+    for frame, normal, gap in zip(problem.frames, contacts.normals, contacts.gaps, strict=True):
         centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
         if frame.radius == 0.0:
             turn = np.array((root * data.oMi[frame.joint_id]).rotation)
             centre = centre - POINT_RADIUS * (turn.T @ normal)
-        radius = (frame.radius or POINT_RADIUS) + COMPRESSION
+        radius = (frame.radius or POINT_RADIUS) + COMPRESSION + (float(gap) if abs(gap) < ROUNDING else 0.0)
         tips.append(Tip(frame.name, frame.frame, frame.joint_id, centre, radius, frame.radius == 0.0))
     return tuple(tips)
 
@@ -72,7 +75,7 @@ def colliding_solids(grasp: Grasp, tips: tuple[Tip, ...]) -> tuple[LinkShape, ..
         mine = [tip for tip in tips if tip.joint == shape.joint and not tip.is_point]
         if any(_lies_in(shape, tip) for tip in mine):
             continue
-        if any(shape.holds(tip.centre, tip.radius - COMPRESSION - 1e-6) for tip in mine):
+        if any(shape.holds(tip.centre, tip.radius - COMPRESSION - ROUNDING) for tip in mine):
             shape = replace(shape, radius=shape.radius - PATCH_INSET)
         kept.append(shape)
     return tuple(kept)
@@ -82,4 +85,4 @@ def _lies_in(shape: LinkShape, tip: Tip) -> bool:
     """Return whether a solid is a ball inside a fingertip."""
     if shape.geometry is not None or not np.array_equal(shape.start, shape.end):
         return False
-    return float(np.linalg.norm(shape.start - tip.centre)) + shape.radius <= tip.radius + 1e-6
+    return float(np.linalg.norm(shape.start - tip.centre)) + shape.radius <= tip.radius + ROUNDING

@@ -12,7 +12,7 @@ from ..spatial import Array
 from .engine import load_mujoco
 from .protocol import Protocol
 from .scene import Scene, build_scene
-from .tips import COMPRESSION
+from .tips import COMPRESSION, ROUNDING
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,8 @@ class World:
         far, worst = 0.1, 0.0
         for tip, gap in zip(self._tips, self.grasp.contacts.gaps, strict=True):
             distance = min(self._mujoco.mj_geomDistance(self.model, self.data, tip, s, far, None) for s in self._solids)
-            worst = max(worst, abs(distance + COMPRESSION - gap))
+            planned = 0.0 if abs(gap) < ROUNDING else float(gap)
+            worst = max(worst, abs(distance + COMPRESSION - planned))
         return worst
 
     def set_references(self, sigma: Array) -> None:
