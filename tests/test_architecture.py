@@ -56,9 +56,12 @@ LAYERS = (
     "hand_proposal",
     "paper_tables",
     "reproduce",
+    "page_parts",
     "reproduce_page",
     "benchmark",
     "simulate",
+    "synergy_study",
+    "synergy_study_page",
     "batch",
     "viewer",
     "cli_options",
@@ -70,6 +73,7 @@ LAYERS = (
     "cli_batch",
     "cli_view",
     "cli_simulate",
+    "cli_study",
     "cli",
 )
 BESIDE = {"human_hand", "retargeting", "__init__", "__main__"}
