@@ -107,6 +107,10 @@ def _add_options(root: Element, protocol: Protocol, gravity: np.ndarray) -> None
         impratio=protocol.impratio,
         noslip_iterations=protocol.noslip_iterations,
         ccd_tolerance=1e-9,
+        # At its default of 1e-8 the solver's noise is enough to shake fingertips loose.
+        tolerance=1e-14,
+        iterations=200,
+        ls_iterations=100,
     )
     # A diverged simulation has to stay diverged: MuJoCo would put the object back where it was planned.
     add(option, "flag", autoreset="disable")
