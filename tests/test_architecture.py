@@ -57,9 +57,13 @@ LAYERS = (
     "hand_proposal",
     "paper_tables",
     "reproduce",
+    "page_parts",
     "reproduce_page",
     "benchmark_problems",
     "benchmark",
+    "simulate",
+    "synergy_study",
+    "synergy_study_page",
     "batch",
     "viewer",
     "cli_options",
@@ -70,6 +74,8 @@ LAYERS = (
     "cli_synergies",
     "cli_batch",
     "cli_view",
+    "cli_simulate",
+    "cli_study",
     "cli",
 )
 BESIDE = {"human_hand", "retargeting", "__init__", "__main__"}
