@@ -161,7 +161,6 @@ def _drawn(box: Box) -> list[str]:
     """Return the elements of a box."""
     middle = box.x + WIDTH / 2
     return [
-        f"<g><title>{escape(', '.join(box.modules))}</title>",
         f'<rect x="{box.x:g}" y="{box.y:g}" width="{WIDTH}" height="{HEIGHT}" rx="8" fill="#eef1f6" stroke="#4361ee"/>',
         f'<text x="{middle:g}" y="{box.y + 24:g}" text-anchor="middle" font-size="16" font-weight="bold" '
         f'fill="#1b263b">{escape(box.title)}</text>',
