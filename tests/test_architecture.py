@@ -1,6 +1,8 @@
 """The layers: a module imports only modules below it; public names are documented; nothing grows too large."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -130,3 +132,9 @@ def test_public_names_exist_and_are_documented():
         value = getattr(gp, name)
         if not name.startswith("_") and callable(value):
             assert value.__doc__, name
+
+
+def test_the_picture_of_the_architecture_is_current():
+    script = PACKAGE.parent / "scripts" / "make_architecture_picture.py"
+    checked = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, check=False)
+    assert checked.returncode == 0, checked.stderr
