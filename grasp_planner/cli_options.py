@@ -198,6 +198,21 @@ def planner_options(
     )
 
 
+def parse_counts(name: str, text: str) -> tuple[int, ...]:
+    """Return the numbers of a list such as ``1-5,15``; ``name`` is the option's.
+
+    Raises:
+        InvalidValueError: If it is malformed.
+    """
+    counts: list[int] = []
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not first.isdigit() or (dash and not last.isdigit()):
+            raise InvalidValueError(name, text, "numbers and ranges, such as 1-5,15")
+        counts += range(int(first), int(last if dash else first) + 1)
+    return tuple(dict.fromkeys(counts))
+
+
 def _given(value: float | None, default: float) -> float:
     """Return an option's value, or the default where it was left out."""
     return default if value is None else value

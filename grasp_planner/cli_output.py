@@ -22,3 +22,10 @@ def write_text(text: str, path: Path) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise FileFormatError(path, f"can't be written: {error.strerror}") from None
+
+
+def check_writable(*paths: Path | None) -> None:
+    """Check before long work that outputs have a folder to go to."""
+    for path in paths:
+        if path is not None and str(path) != "-" and not path.parent.is_dir():
+            raise FileFormatError(path, f"can't be written: no folder {path.parent}")

@@ -13,8 +13,7 @@ from rich.table import Table
 
 from .cli_margins import margin_rows, new_table
 from .cli_options import planner_options, problem_from_options, problem_options, search_options
-from .cli_output import write_text
-from .exceptions import FileFormatError
+from .cli_output import check_writable, write_text
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from .planner import plan_grasp
 from .record import grasp_json
@@ -57,7 +56,7 @@ def plan(
     options = planner_options(
         starts=starts, enough=enough, max_iterations=max_iterations, tolerance=tolerance, time_limit=time_limit
     )
-    _check_writable(json_file, picture)
+    check_writable(json_file, picture)
     to_stdout = str(json_file) == "-"
     # Everything but JSON goes to standard error when JSON has standard output.
     console = Console(stderr=to_stdout, quiet=quiet)
@@ -196,10 +195,3 @@ def _violation_table(grasp: Grasp) -> Table:
     for name, value in grasp.violations.items():
         table.add_row(name, f"[red]{value:.3g}[/]" if name in failed else f"{value:.3g}")
     return table
-
-
-def _check_writable(*paths: Path | None) -> None:
-    """Check before planning that outputs have a folder to go to."""
-    for path in paths:
-        if path is not None and str(path) != "-" and not path.parent.is_dir():
-            raise FileFormatError(path, f"can't be written: no folder {path.parent}")

@@ -10,14 +10,13 @@ import numpy as np
 import pinocchio as pin
 from threadpoolctl import threadpool_limits
 
-from .exceptions import InvalidValueError
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from .nlp import solve_nlp
 from .phase_one import polish, reach_feasibility
 from .preparation import FEW_SYNERGIES, search_starts
 from .problem import GraspProblem
 from .program import GraspProgram, Phase
-from .spatial import Array, positive
+from .spatial import Array, positive, positive_whole
 from .starts import GraspStart, standard_start
 
 PHASE_ONE_GOOD_ENOUGH = 0.1
@@ -51,9 +50,7 @@ class PlannerOptions:
 
     def __post_init__(self) -> None:
         for name in ("starts", "enough", "max_iterations"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InvalidValueError(name, value, "a whole number >= 1")
+            positive_whole(name, getattr(self, name))
         positive("tolerance", self.tolerance)
         if self.time_limit_s is not None:
             positive("time_limit_s", self.time_limit_s, unit="s")
