@@ -202,6 +202,10 @@ class Grasp:
         """Largest disturbing force resisted in the worst direction with the references held."""
         return worst_passive_margin(self._holding)
 
+    def passive_margins_along(self, wrenches: Array) -> list[Margin]:
+        """Return the largest disturbances resisted along unit wrenches in O, of shape (n, 6), the references held."""
+        return passive_margins(self._holding, np.atleast_2d(wrenches))
+
     @cached_property
     def margins(self) -> GraspMargins:
         """Largest disturbances resisted, in the worst direction and along the tasks, whether asked for or not."""
