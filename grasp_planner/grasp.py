@@ -21,7 +21,16 @@ from .contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix
 from .force_closure import force_closure_margin, force_norm_floor
 from .friction import force_norm, friction_margins, normal_forces
 from .load_check import load_violations
-from .margins import GraspMargins, Holding, Margin, disturbance_response, grasp_margins, holding, worst_passive_margin
+from .margins import (
+    GraspMargins,
+    Holding,
+    Margin,
+    disturbance_response,
+    grasp_margins,
+    holding,
+    passive_margins,
+    worst_passive_margin,
+)
 from .problem import GraspProblem
 from .search_report import IterationRecord as IterationRecord
 from .search_report import SearchReport as SearchReport
