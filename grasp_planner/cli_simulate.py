@@ -136,11 +136,11 @@ def print_simulation(console: Console, found: Simulation) -> None:
     console.print(summary, highlight=False)
     if found.rest is None:
         return
-    forces = _table("normal forces at rest [N]", ("contact", "predicted", "simulated"))
-    for frame, predicted, simulated in zip(
-        found.grasp.problem.frames, found.rest.predicted_normal_forces, found.rest.normal_forces, strict=True
-    ):
-        forces.add_row(frame.name, f"{predicted:.3f}", f"{simulated:.3f}")
+    forces = _table("normal forces at rest [N]", ("contact", "predicted", "simulated", "friction used"))
+    rest = found.rest
+    columns = (rest.predicted_normal_forces, rest.normal_forces, rest.friction_use)
+    for frame, predicted, simulated, used in zip(found.grasp.problem.frames, *columns, strict=True):
+        forces.add_row(frame.name, f"{predicted:.3f}", f"{simulated:.3f}", f"{100 * used:.0f} %")
     console.print(forces)
     console.print(_direction_table(found))
 

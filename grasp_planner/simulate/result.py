@@ -24,6 +24,7 @@ class RestReport:
         normal_forces: Along the planned normals [N], of shape (n_c,).
         other_force: Size of the force of everything else of the hand [N].
         predicted_normal_forces: Of the plan [N], of shape (n_c,).
+        friction_use: |f_t| / (μ f_n) of every fingertip, 1 where it slides; 0 where it does not touch, of shape (n_c,).
     """
 
     held: bool
@@ -33,6 +34,7 @@ class RestReport:
     normal_forces: Array
     other_force: float
     predicted_normal_forces: Array
+    friction_use: Array
 
     @property
     def normal_force_error(self) -> float:

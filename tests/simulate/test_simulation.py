@@ -130,3 +130,17 @@ def test_protocols_survive_json():
     assert protocol_from(json.loads(json.dumps(protocol.__dict__))) == protocol
     with pytest.raises(gp.NameNotFoundError, match="wind"):
         protocol_from({"wind": 1.0})
+
+
+def test_a_simulation_that_diverges_has_lost_the_object_and_leaves_no_log(held, tips_only, tmp_path, monkeypatch):
+    from grasp_planner.simulate import World
+    from grasp_planner.simulate.engine import quiet_warnings
+
+    monkeypatch.chdir(tmp_path)
+    world = World(held, tips_only)
+    world.reset(held.joint_angles, held.sigma)
+    world.data.qvel[:] = 1e11
+    with quiet_warnings():
+        world.run(0.01)
+    assert not world.within_limits
+    assert not list(tmp_path.iterdir())
