@@ -89,10 +89,10 @@ def test_the_same_simulation_twice_is_the_same(held, tips_only):
 
 
 def test_the_ladder_brackets_the_load_that_is_lost(held, tips_only):
-    found = simulate_grasp(held, replace(tips_only, hold_s=0.4, torques=False), squeeze=2.0)
+    found = simulate_grasp(held, replace(tips_only, hold_s=0.2, torques=False, ladder_accuracy=0.2), squeeze=2.0)
     for report in found.directions:
         assert 0.0 < report.load_held < report.load_lost
-        assert report.load_lost - report.load_held <= 0.05 * report.load_lost
+        assert report.load_lost - report.load_held <= 0.2 * report.load_lost
     assert found.weakest("force") == min(report.load_held for report in found.directions)
     # More than all friction cones together can give along the axis is never held.
     limit = found.friction * np.linalg.norm(found.grasp.forces, axis=1).sum() * 3
