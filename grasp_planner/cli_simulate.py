@@ -89,6 +89,8 @@ def simulate(
             raise FileFormatError(path, f"can't be written: no folder {path.parent}")
     grasp = grasp_from_record(read_grasp_record(result))
     console = Console()
+    if not grasp.feasible:
+        console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
     if mjcf_file is not None:
         _write(mjcf_file, build_scene(grasp, protocol).xml)
     with console.status("simulating …"):
@@ -96,7 +98,9 @@ def simulate(
     print_simulation(console, found)
     if out is not None:
         _write(out, simulation_json(found))
-    if html_file is not None:
+    if html_file is not None and not found.frames:
+        console.print("no animation: nothing was simulated")
+    elif html_file is not None:
         from .viewer import export_simulation_html
 
         export_simulation_html(found, html_file)

@@ -40,7 +40,7 @@ class RestReport:
     def normal_force_error(self) -> float:
         """Norm of the difference of simulated and predicted normal forces, relative to F of the plan."""
         difference = np.linalg.norm(self.normal_forces - self.predicted_normal_forces)
-        return float(difference / np.linalg.norm(self.predicted_normal_forces))
+        return float(difference / max(float(np.linalg.norm(self.predicted_normal_forces)), 1e-12))
 
 
 @dataclass(frozen=True)
