@@ -10,9 +10,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import viser
 
-from ..exceptions import GraspPlannerError, InvalidValueError
+from ..exceptions import GraspPlannerError
 from ..grasp import Grasp
 from ..spatial import Array
 from ..starts import standard_start
@@ -30,6 +29,7 @@ from .panel_share import SharePanel
 from .panel_synergies import SynergyPanel
 from .picture3d import Picture
 from .plan_control import PlanControl
+from .row_links import RowLinks
 from .run_control import RunControl
 from .server import LocalServer
 from .session import Session
@@ -38,6 +38,9 @@ from .worker import Worker
 
 if TYPE_CHECKING:
     from ..batch import RunRows
+
+PANEL_WIDTH = 390
+"""Width of the panel on the right [pixels]; six tabs fit into one line."""
 
 
 class GraspViewer:
@@ -84,13 +87,14 @@ class GraspViewer:
         self.session = Session(shown, note or ("a grasp to begin with" if grasp is None else "loaded"))
         self.picture = Picture(self.server)
         self.picture.aim(shown)
-        self._greeting = ""
         self._build_page(rows)
         self.worker = Worker(self._redraw, self._report)
         self.animator = Animator(self.session, self.worker)
         self.control = PlanControl(self.session, self.plan, self.worker, self.animator.stop, self._report)
         self.planning = self.control.planning
-        self.run = RunControl(self.session, rows, self.run_panel, self.animator.stop) if rows is not None else None
+        self.run: RunControl | None = None
+        if rows is not None:
+            self.run = RunControl(self.session, rows, self.run_panel, self.animator.stop, self.picture.aim)
         self._connect()
         self.worker.submit(lambda: None)
 
@@ -109,6 +113,7 @@ class GraspViewer:
         """Add all widgets."""
         gui = self.server.gui
         gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL_WIDTH)
         self.verdict = gui.add_html("")
         tabs = gui.add_tab_group()
         if rows is not None:
@@ -155,8 +160,7 @@ class GraspViewer:
         self.plan.browse.on_click(lambda _: self._later(self.control.browse))
         if self.run is not None:
             self.run.connect(self._later)
-        self.server.page_asked = self._page_asked
-        self.server.on_client_connect(self._greet)
+        self.links = RowLinks(self.server, self.run, self._later)
         self._add_commands()
 
     def _add_commands(self) -> None:
@@ -192,27 +196,6 @@ class GraspViewer:
         """Filter the rows of the run."""
         if self.run is not None:
             self.run.choose()
-
-    def _page_asked(self, query: dict[str, str]) -> None:
-        """Show the row that the address of a page just opened names."""
-        if "row" in query:
-            self._later(lambda: self._open_link(query))
-
-    def _open_link(self, query: dict[str, str]) -> None:
-        """Show a row of the run; tell the page, once it is there, why not."""
-        try:
-            if self.run is None:
-                raise InvalidValueError("the link", "a row of a batch run", "links to a viewer started with its folder")
-            self.run.open_link(query)
-        except GraspPlannerError as error:
-            self._greeting = str(error)
-            raise
-
-    def _greet(self, client: viser.ClientHandle) -> None:
-        """Tell a page that has just connected why its link did not work."""
-        message, self._greeting = self._greeting, ""
-        if message:
-            client.add_notification("The link did not work", message[:300], color="red")
 
     def _redraw(self) -> None:
         """Bring the page up to date; called by the worker."""

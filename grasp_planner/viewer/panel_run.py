@@ -17,23 +17,28 @@ if TYPE_CHECKING:
 FONT = "font:12px/1.4 system-ui,sans-serif;margin:2px 12px"
 LONGEST = 300
 """Most letters of a text that is shown."""
+WRAP = ("white-space:nowrap", *5 * ("overflow-wrap:anywhere",))
+"""How the cells of a table wrap, by column."""
 NEIGHBOURS = 4
 """Rows listed before and after the current one."""
 ANY = "all"
-LABELS = {"object_kind": "shape", "n_synergies": "n_s", "force_weight": "w_F", "task_weight": "w_C"}
+LABELS = {
+    "object_kind": "shape",
+    "n_synergies": "n_s",
+    "force_weight": "w_F",
+    "task_weight": "w_C",
+    "time_limit_s": "time limit [s]",
+}
 """Columns that are called otherwise on the page."""
 FIGURES = (
     ("reason", "reason", ""),
-    ("message", "message", ""),
     ("objective", "w_F F + w_C C", ""),
     ("force_norm", "F", " N"),
     ("force_norm_floor", "floor", " N"),
     ("task_index", "C", ""),
     ("alignment_angle_deg", "angle", "°"),
-    ("worst_violation", "largest violation", ""),
-    ("worst_violation_value", "its size (SI)", ""),
     ("starts_feasible", "feasible starts", ""),
-    ("starts_tried", "starts", ""),
+    ("starts_tried", "starts tried", ""),
     ("iterations", "iterations", ""),
     ("time_s", "planning time", " s"),
 )
@@ -92,12 +97,17 @@ class RunPanel:
             options = (ANY, *values)
             if column not in self.filters:
                 with self._folder:
-                    self.filters[column] = self._gui.add_dropdown(LABELS.get(column, column), options)
+                    self.filters[column] = self._gui.add_dropdown(label_of(column), options)
                 self.filters[column].on_update(lambda _: self._chosen())
             elif self.filters[column].options != options:
                 kept = self.filters[column].value
                 self.filters[column].options = options
                 set_value(self.filters[column], kept if kept in options else ANY)
+
+
+def label_of(column: str) -> str:
+    """Return what a column is called on the page."""
+    return LABELS.get(column, column.replace("_", " "))
 
 
 def row_table(values: dict[str, Any], varying: tuple[str, ...]) -> str:
@@ -108,7 +118,9 @@ def row_table(values: dict[str, Any], varying: tuple[str, ...]) -> str:
         varying: Columns of the cases that vary in the run.
     """
     columns = ("status", *(name for name in varying if name not in ("status", "reason")))
-    lines = [(LABELS.get(name, name), str(values[name])) for name in columns]
+    lines = [(label_of(name), str(values[name])) for name in columns]
+    if not values["feasible"]:
+        lines.append(("message", str(values["message"])))
     for column, label, unit in FIGURES:
         value = values[column]
         if value is not None and value != "":
@@ -134,10 +146,10 @@ def neighbour_table(rows: RunRows) -> str:
 
 def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     """Return a table; every text is escaped."""
-    cell = "padding:2px 6px 2px 0;vertical-align:top;overflow-wrap:anywhere"
+    cell = "padding:2px 8px 2px 0;vertical-align:top"
     top = "".join(f"<th style='text-align:left;{cell}'>{html.escape(word)}</th>" for word in head)
-    body = "".join(
-        "<tr>" + "".join(f"<td style='{cell}'>{html.escape(word[:LONGEST])}</td>" for word in line) + "</tr>"
-        for line in lines
-    )
+    body = ""
+    for line in lines:
+        words = zip((html.escape(word[:LONGEST]) for word in line), WRAP, strict=False)
+        body += "<tr>" + "".join(f"<td style='{cell};{wrap}'>{word}</td>" for word, wrap in words) + "</tr>"
     return f"<table style='{FONT};border-collapse:collapse'><tr>{top}</tr>{body}</table>"

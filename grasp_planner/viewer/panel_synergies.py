@@ -20,7 +20,7 @@ REACH = 2.0
 """Range of the synergy sliders to both sides [rad]."""
 LISTED = 6
 """Synergies whose limits are listed."""
-LABEL_WIDTH = 0.5
+LABEL_WIDTH = 0.9
 """What a number below a slider takes up of it [rad]."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..exceptions import InvalidValueError
+from ..grasp import Grasp
 from .panel_run import RunPanel
 from .session import Session
 
@@ -20,9 +21,16 @@ HASH_DIGITS = 12
 class RunControl:
     """Shows rows of a run; its methods are for the worker's thread, except :meth:`connect`."""
 
-    def __init__(self, session: Session, rows: RunRows, panel: RunPanel, stop_animation: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        session: Session,
+        rows: RunRows,
+        panel: RunPanel,
+        stop_animation: Callable[[], None],
+        aim: Callable[[Grasp], None],
+    ) -> None:
         self._session, self.rows, self.panel = session, rows, panel
-        self._stop_animation = stop_animation
+        self._stop_animation, self._aim = stop_animation, aim
         panel.show(rows)
 
     def connect(self, later: Later) -> None:
@@ -88,3 +96,5 @@ class RunControl:
             raise InvalidValueError("row", row[:20], f"a whole number from 0 to {self.rows.cases - 1}")
         self.rows.select(int(row))
         self.show()
+        # The page that was opened is not there yet and will look from here.
+        self._aim(self._session.grasp)

@@ -6,6 +6,7 @@ import html
 import math
 
 from ..grasp import FEASIBILITY_TOLERANCE, Grasp
+from .clearances import link_clearances
 from .live import contact_share
 
 UNITS = {"_nm": ("N m", 1.0), "_rad": ("°", 180.0 / math.pi), "_m": ("mm", 1e3), "_n": ("N", 1.0)}
@@ -109,6 +110,12 @@ def verdict_card(grasp: Grasp, note: str = "") -> str:
             "<div>Every fingertip touches, every force is inside its friction cone, all balances the weight, "
             "and the contacts are force-closed.</div>"
         )
+        inside = penetration_mm(grasp)
+        if inside > 0.1:
+            lines += (
+                f"<div style='color:{AMBER}'>• Links are up to {number(inside)} mm inside the object or each other: "
+                "this problem does not ask them to keep clear (tab Plan, Collisions).</div>"
+            )
     cells = "".join(_cell(*entry) for entry in headline(grasp))
     below = f"<div style='opacity:.75;margin-top:6px'>{html.escape(note)}</div>" if note else ""
     return (
@@ -116,6 +123,11 @@ def verdict_card(grasp: Grasp, note: str = "") -> str:
         f"<div style='font-weight:700;font-size:15px;color:{colour}'>{'✔' if good else '✘'} {word}</div>{lines}"
         f"<div style='display:flex;gap:6px;margin-top:8px'>{cells}</div>{below}</div>"
     )
+
+
+def penetration_mm(grasp: Grasp) -> float:
+    """Return how deep links are inside the object or each other at most [mm], whether that is asked for or not."""
+    return 1e3 * max((-entry[0] for entry in link_clearances(grasp).values()), default=0.0)
 
 
 def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
