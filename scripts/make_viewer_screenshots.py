@@ -39,8 +39,8 @@ SCROLL = """(share) => document.querySelectorAll('[class*=ScrollArea-viewport], 
   if (e.scrollHeight > e.clientHeight + 40 && e.clientHeight > 300) e.scrollTop = share * e.scrollHeight;
 })"""
 SPEC = {
-    "defaults": {"object": "cylinder", "starts": 6, "enough": 1},
-    "blocks": [{"product": {"object.radius": [0.025, 0.03], "task": ["force:+y", "force:+x"], "n_synergies": [3, 15]}}],
+    "defaults": {"object": "cylinder", "starts": 8, "enough": 1, "clearance": True},
+    "blocks": [{"product": {"object.radius": [0.025, 0.03], "task": ["force:+y", "force:+x"], "n_synergies": [8, 15]}}],
 }
 
 
@@ -65,7 +65,8 @@ class Camera:
             self.page.wait_for_timeout(800)
         path = self.folder / f"viewer_{name}.png"
         picture = Image.open(io.BytesIO(self.page.screenshot())).convert("RGB")
-        picture.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+        few = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3)
+        few.save(path, optimize=True)
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
@@ -132,6 +133,7 @@ def show_preset(camera: Camera) -> None:
     plan.show_preset.value = True
     wait_for(lambda: camera.viewer.planning.busy)
     wait_for(lambda: not camera.viewer.planning.busy, 240.0)
+    camera.viewer.display.look.value = True
     camera.take("one_synergy", tab="Plan")
 
 
@@ -170,7 +172,9 @@ def take_viewer(page: Page, folder: Path, temporary: Path) -> None:
     export_html(first, exported)
     page.goto(exported.as_uri())
     page.wait_for_function(READY)
-    page.wait_for_timeout(4000)
+    page.wait_for_timeout(2000)
+    page.locator("input").first.fill("1.45")
+    page.wait_for_timeout(2000)
     camera.take("export", wait=False)
     viewer.stop()
 

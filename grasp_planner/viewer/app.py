@@ -10,6 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import viser
 
 from ..exceptions import GraspPlannerError
 from ..grasp import Grasp
@@ -151,6 +152,7 @@ class GraspViewer:
         )
         picture.clicked = lambda what: self._later(lambda: self._select(what))
         picture.task_dragged = lambda point: self._later(lambda: self._turn_task(point), "task")
+        self.display.look.on_click(lambda event: self._look(event.client))
         self.grasp_panel.play.on_click(lambda _: self._later(self.animator.play))
         self.grasp_panel.pin.on_click(lambda _: self._later(self._pin))
         self.grasp_panel.unpin.on_click(lambda _: self._later(self._unpin))
@@ -264,6 +266,12 @@ class GraspViewer:
         if length > 1e-6:
             set_value(self.problem.direction, tuple(float(round(value, 3)) for value in direction / length))
             self._apply_problem()
+
+    def _look(self, client: viser.ClientHandle | None) -> None:
+        """Move the camera of a page, of all without one, to a good view."""
+        clients = list(self.server.get_clients().values()) if client is None else [client]
+        for each in clients:
+            self._later(partial(self.picture.look, session=self.session, client=each))
 
     def _select(self, what: tuple[str, int | str]) -> None:
         """Select a contact or a link."""

@@ -33,6 +33,7 @@ class DisplayPanel:
 
     def __init__(self, gui: viser.GuiApi, changed: Callable[[], None], force_scale: float) -> None:
         initial = DisplayOptions()
+        self.look = gui.add_button("Look at the grasp", icon=viser.Icon.FOCUS_CENTERED, hint="From where most is seen")
         self.boxes: dict[str, viser.GuiCheckboxHandle] = {}
         for name, label, hint in BOXES:
             self.boxes[name] = gui.add_checkbox(label, bool(getattr(initial, name)), hint=hint or None)

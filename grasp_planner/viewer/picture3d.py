@@ -65,6 +65,8 @@ class Picture:
             self._hand.move(grasp.joint_angles, palm)
             self._grasp.move(live.object_pose)
             self._grasp.draw(grasp, options)
+            kind, which = session.selected or ("", -1)
+            self._grasp.mark(int(which) if kind == "contact" else -1)
             assert self._extras is not None
             touching = session.preview is None and contact_share(grasp) > 0.0
             self._extras.draw(grasp, options, in_contact=touching)
@@ -83,12 +85,29 @@ class Picture:
             self._clickable = not self._clickable
             self._bind_clicks()
 
-    def aim(self, grasp: Grasp) -> None:
-        """Point the start camera at a grasp: where most of its contacts are seen."""
+    def aim(self, grasp: Grasp, *, aside: float = 0.0) -> None:
+        """Point the start camera at a grasp: where most of its contacts are seen.
+
+        Args:
+            grasp: The grasp.
+            aside: How far to the right of the middle the grasp is to be seen, as a share of its distance.
+        """
         position, target = good_view(grasp)
+        if aside:
+            right = np.cross(target - position, [0.0, 0.0, 1.0])
+            shift = aside * np.linalg.norm(target - position) * right / np.linalg.norm(right)
+            position, target = position - shift, target - shift
         initial = self._server.initial_camera
         initial.position, initial.look_at = tuple(position), tuple(target)
         initial.fov = FIELD_OF_VIEW
+
+    def look(self, session: Session, client: viser.ClientHandle) -> None:
+        """Move the camera of one page to a good view on the grasp shown."""
+        position, target = good_view(session.grasp)
+        pose = session.live.object_pose
+        with client.atomic():
+            client.camera.position, client.camera.look_at = pose.act(position), pose.act(target)
+            client.camera.up_direction, client.camera.fov = (0.0, 0.0, 1.0), FIELD_OF_VIEW
 
     def _set_stage(self) -> None:
         """Set light, ground and axes."""

@@ -110,11 +110,10 @@ def verdict_card(grasp: Grasp, note: str = "") -> str:
             "<div>Every fingertip touches, every force is inside its friction cone, all balances the weight, "
             "and the contacts are force-closed.</div>"
         )
-        inside = penetration_mm(grasp)
-        if inside > 0.1:
+        if links_penetrate(grasp):
             lines += (
-                f"<div style='color:{AMBER}'>• Links are up to {number(inside)} mm inside the object or each other: "
-                "this problem does not ask them to keep clear (tab Plan, Collisions).</div>"
+                f"<div style='color:{AMBER}'>• Links pass through the object or through each other: this problem does "
+                "not ask them to keep clear (tab Plan, Collisions).</div>"
             )
     cells = "".join(_cell(*entry) for entry in headline(grasp))
     below = f"<div style='opacity:.75;margin-top:6px'>{html.escape(note)}</div>" if note else ""
@@ -125,9 +124,9 @@ def verdict_card(grasp: Grasp, note: str = "") -> str:
     )
 
 
-def penetration_mm(grasp: Grasp) -> float:
-    """Return how deep links are inside the object or each other at most [mm], whether that is asked for or not."""
-    return 1e3 * max((-entry[0] for entry in link_clearances(grasp).values()), default=0.0)
+def links_penetrate(grasp: Grasp) -> bool:
+    """Return whether links overlap the object or each other by more than 0.1 mm, whether that is asked for or not."""
+    return any(distance < -1e-4 for distance, _ in link_clearances(grasp).values())
 
 
 def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
@@ -239,7 +238,7 @@ def contact_details(grasp: Grasp, index: int) -> str:
     point = ", ".join(f"{1e3 * value:.1f}" for value in grasp.contacts.points[index])
     return (
         f"**Contact {frame.name}** on {frame.link}\n\n"
-        f"- point in O: ({point}) mm, gap {number(1e3 * float(grasp.contacts.gaps[index]))} mm\n"
+        f"- point in O: ({point}) mm, gap {fixed(1e3 * float(grasp.contacts.gaps[index]), 3)} mm\n"
         f"- normal force {number(normal)} N, tangential {number(slip)} N\n"
         f"- uses {number(100 * share)} % of its friction cone (μ = {grasp.problem.parameters.friction:g})"
     )

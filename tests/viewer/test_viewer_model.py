@@ -195,7 +195,7 @@ def test_a_feasible_grasp_whose_links_penetrate_says_so(grasp):
     assert through.feasible
     depth = -min(entry.distance for entry in through.clearances if not entry.exempt)
     assert depth > 1e-3, "else this shows nothing"
-    assert f"up to {text.number(1e3 * depth)} mm" in text.verdict_card(through)
+    assert "to keep clear" in text.verdict_card(through)
 
 
 def test_limits_are_marked_where_joints_stop_a_synergy(grasp):
