@@ -15,7 +15,7 @@ from ..spatial import Array
 from . import look
 from .camera import FIELD_OF_VIEW, good_view
 from .clearances import link_clearances
-from .draw_extras import ExtrasDrawing
+from .draw_extras import EXTRAS, ExtraDrawing
 from .draw_grasp import DisplayOptions, GraspDrawing
 from .draw_hand import HandDrawing, place
 from .live import contact_share
@@ -42,7 +42,7 @@ class Picture:
         self._hand: HandDrawing | None = None
         self._ghosts: dict[str, HandDrawing] = {}
         self._grasp: GraspDrawing | None = None
-        self._extras: ExtrasDrawing | None = None
+        self._extras: list[ExtraDrawing] = []
         self._clickable = True
         self._gizmo_version = -1
         self._set_stage()
@@ -67,9 +67,9 @@ class Picture:
             self._grasp.draw(grasp, options)
             kind, which = session.selected or ("", -1)
             self._grasp.mark(int(which) if kind == "contact" else -1)
-            assert self._extras is not None
             touching = session.preview is None and contact_share(grasp) > 0.0
-            self._extras.draw(grasp, options, in_contact=touching)
+            for extra in self._extras:
+                extra.draw(grasp, options, in_contact=touching)
             if session.preview is None:
                 self._paint(session, options)
                 self._draw_ghosts(session, options)
@@ -147,7 +147,7 @@ class Picture:
         if self._grasp is not None:
             self._grasp.remove()
         self._grasp = GraspDrawing(self._scene, problem)
-        self._extras = ExtrasDrawing(self._scene)
+        self._extras = [extra(self._scene) for extra in EXTRAS]
         self._key = key
         self._bind_clicks()
 
