@@ -68,6 +68,10 @@ def test_files_go_in_and_out(page, viewer, tmp_path):
     chooser.set_input_files(saved)
     page.page.get_by_text("opened from a file").wait_for()
     with page.page.expect_download(timeout=90_000) as download:
+        page.button("Save as a web page (HTML)").click()
+    download.value.save_as(tmp_path / "page.html")
+    assert "data-verdict='FEASIBLE'" in (tmp_path / "page.html").read_text()
+    with page.page.expect_download(timeout=90_000) as download:
         page.button("Save a picture (PNG)").click()
     picture = tmp_path / "picture.png"
     download.value.save_as(picture)
