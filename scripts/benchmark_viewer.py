@@ -26,6 +26,8 @@ from grasp_planner.viewer import GraspViewer
 
 DRAGS = 60
 """Slider values of one measurement."""
+STARTING_S = 6.0
+"""How long the planning process may take to load its libraries, which would disturb the first measurement [s]."""
 SAMPLES = 10
 """How often the memory is printed."""
 
@@ -105,6 +107,8 @@ def plan(viewer: GraspViewer) -> None:
     until(lambda: viewer.planning.busy)
     until(lambda: not viewer.planning.busy)
     viewer.worker.drain()
+    if not (viewer.session.results and viewer.session.results[0].feasible):
+        raise SystemExit(f"a plan found no grasp: {viewer.plan.status.content}")
 
 
 def watch_memory(viewer: GraspViewer, plans: int) -> None:
@@ -129,6 +133,7 @@ def main() -> None:
     arguments = parser.parse_args()
     viewer = GraspViewer(None, port=0)
     viewer.worker.drain()
+    time.sleep(STARTING_S)
     print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores", flush=True)
     show("drag to redraw, idle", drags(viewer))
     show(f"drag to redraw, {arguments.clients} pages connected", drags_with_pages(viewer, arguments.clients))
