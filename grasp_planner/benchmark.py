@@ -15,16 +15,11 @@ from multiprocessing import get_context
 import numpy as np
 import pinocchio as pin
 
-from .hand import Hand, load_hand
-from .objects import Cylinder
+from .benchmark_problems import BenchmarkCase
 from .planner import PlannerOptions, plan_grasp
-from .problem import GraspParameters, GraspProblem
+from .problem import GraspProblem
 from .starts import random_start
 from .state import StateEvaluator
-from .task import force_task
-
-RADIUS_RANGE = (0.020, 0.045)
-"""Radii of the random cylinders [m]."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +28,7 @@ class EvaluationSpeed:
 
     Attributes:
         n_synergies: n_s.
+        clearance: Whether it includes the clearances of links.
         median_ms: Median time of a full evaluation [ms].
         kinematics_ms: Median time of Pinocchio's bare kinematics of the same state [ms]: forward kinematics,
             joint and frame Jacobians, and kinematic Hessians of the contact frames.
@@ -40,6 +36,7 @@ class EvaluationSpeed:
     """
 
     n_synergies: int
+    clearance: bool
     median_ms: float
     kinematics_ms: float
     ratio: float
@@ -50,30 +47,31 @@ class ProblemResult:
     """One random problem, planned with one call.
 
     Attributes:
-        seed: Seed of the problem and of its starts.
-        n_synergies: n_s.
-        radius: Radius of the cylinder [m].
+        case: The problem.
+        object: The object as text.
         direction: Task direction.
         feasible: Whether every violation, recomputed, is below 1e-6 in SI units.
         max_violation: The largest of them.
+        penetration: Deepest overlap of links with the object or with each other by coal on the exact geometry, but
+            for pairs that are meant to overlap [m].
         iterations: Iterations of phase two from the start that gave the grasp.
         phase_one_iterations: Iterations of its phase one.
-        evaluations: Evaluations over all starts.
+        evaluations: Evaluations over all starts, preparation included.
         starts_tried: Starts tried.
         starts_feasible: Starts that ended feasible.
         force_norm: F [N].
         force_norm_floor: Floor of F at the contacts [N].
         angle_deg: Angle between task and ellipsoid [degrees].
-        time_s: Wall time of the call [s].
-        time_per_grasp_s: Wall time per feasible start [s].
+        cpu_s: Processor time of the call on one core [s].
+        cpu_per_grasp_s: Processor time per feasible start [s].
     """
 
-    seed: int
-    n_synergies: int
-    radius: float
+    case: BenchmarkCase
+    object: str
     direction: tuple[float, float, float]
     feasible: bool
     max_violation: float
+    penetration: float
     iterations: int
     phase_one_iterations: int
     evaluations: int
@@ -82,34 +80,19 @@ class ProblemResult:
     force_norm: float
     force_norm_floor: float
     angle_deg: float
-    time_s: float
-    time_per_grasp_s: float
+    cpu_s: float
+    cpu_per_grasp_s: float
 
 
-def random_problem(hand: Hand, seed: int, n_synergies: int) -> GraspProblem:
-    """Return a random problem: a cylinder of 20–45 mm radius and a random force direction.
-
-    Args:
-        hand: The hand.
-        seed: Seed.
-        n_synergies: n_s.
-
-    Returns:
-        The problem, with the paper's parameters.
-    """
-    rng = np.random.default_rng(seed)
-    cylinder = Cylinder(radius=float(rng.uniform(*RADIUS_RANGE)))
-    return GraspProblem(
-        hand, cylinder, (force_task(rng.normal(size=3)),), n_synergies, GraspParameters(force_weight=1e-6)
-    )
-
-
-def evaluation_speed(hand: Hand, n_synergies: int, *, states: int = 50, repeats: int = 20) -> EvaluationSpeed:
+def evaluation_speed(
+    hand: str, n_synergies: int, *, clearance: bool = False, states: int = 50, repeats: int = 20
+) -> EvaluationSpeed:
     """Measure full evaluations against bare kinematics at random states.
 
     Args:
-        hand: The hand.
+        hand: Hand by name or description file.
         n_synergies: n_s.
+        clearance: Whether links keep clear.
         states: Number of random states.
         repeats: Evaluations of each; the fastest counts.
 
@@ -117,7 +100,7 @@ def evaluation_speed(hand: Hand, n_synergies: int, *, states: int = 50, repeats:
         Medians over the states.
     """
     rng = np.random.default_rng(0)
-    problem = random_problem(hand, 0, n_synergies)
+    problem = BenchmarkCase(0, n_synergies, hand, clearance=clearance).problem()
     full, bare = [], []
     for _ in range(states):
         start = random_start(problem, rng)
@@ -127,33 +110,38 @@ def evaluation_speed(hand: Hand, n_synergies: int, *, states: int = 50, repeats:
         full.append(_fastest(partial(evaluator.evaluate, x), repeats))
         bare.append(_fastest(kinematics, repeats))
     median, kinematics_ms = 1e3 * statistics.median(full), 1e3 * statistics.median(bare)
-    return EvaluationSpeed(n_synergies, median, kinematics_ms, median / kinematics_ms)
+    return EvaluationSpeed(n_synergies, clearance, median, kinematics_ms, median / kinematics_ms)
 
 
-def plan_random_problem(hand_name: str, seed: int, n_synergies: int) -> ProblemResult:
-    """Plan one random problem with one call and the standard options.
+def plan_case(case: BenchmarkCase, cpu_limit_s: float, enough: int) -> ProblemResult:
+    """Plan one random problem with one call.
 
     Args:
-        hand_name: Hand by name or description file.
-        seed: Seed of the problem and of the planner.
-        n_synergies: n_s.
+        case: The problem.
+        cpu_limit_s: Processor time after which the search ends with what it has [s].
+        enough: Feasible grasps after which it ends.
 
     Returns:
         The result.
     """
-    problem = random_problem(load_hand(hand_name), seed, n_synergies)
-    grasp = plan_grasp(problem, seed=seed, options=PlannerOptions())
+    problem = case.problem()
+    began = time.process_time()
+    grasp = plan_grasp(
+        problem,
+        seed=case.seed,
+        options=PlannerOptions(enough=enough),
+        cancel=lambda: time.process_time() - began > cpu_limit_s,
+    )
+    cpu_s = time.process_time() - began
     search = grasp.search
     assert search is not None
-    cylinder = problem.grasp_object
-    assert isinstance(cylinder, Cylinder)
     return ProblemResult(
-        seed=seed,
-        n_synergies=n_synergies,
-        radius=cylinder.radius,
+        case=case,
+        object=str(problem.grasp_object),
         direction=tuple(problem.tasks[0].direction[:3].tolist()),
         feasible=grasp.feasible,
         max_violation=max(grasp.violations.values()),
+        penetration=max(grasp.collisions["link_object_m"], grasp.collisions["self_collision_m"]),
         iterations=search.iterations,
         phase_one_iterations=search.phase_one_iterations,
         evaluations=search.evaluations,
@@ -162,43 +150,43 @@ def plan_random_problem(hand_name: str, seed: int, n_synergies: int) -> ProblemR
         force_norm=grasp.force_norm,
         force_norm_floor=grasp.force_norm_floor,
         angle_deg=grasp.alignments[0][0],
-        time_s=search.time_s,
-        time_per_grasp_s=search.time_s / max(search.starts_feasible, 1),
+        cpu_s=cpu_s,
+        cpu_per_grasp_s=cpu_s / max(search.starts_feasible, 1),
     )
 
 
-def plan_random_problems(hand_name: str, counts: Sequence[int], problems: int, workers: int) -> Iterator[ProblemResult]:
-    """Plan random problems for several numbers of synergies, in worker processes.
+def plan_cases(
+    cases: Sequence[BenchmarkCase], *, cpu_limit_s: float, enough: int, workers: int
+) -> Iterator[ProblemResult]:
+    """Plan random problems, in worker processes if there is more than one.
 
     Args:
-        hand_name: Hand by name or description file.
-        counts: Numbers of synergies.
-        problems: Problems for each.
+        cases: The problems.
+        cpu_limit_s: Processor time for each [s].
+        enough: Feasible grasps after which a search ends.
         workers: Worker processes.
 
     Yields:
-        Results in a fixed order.
+        Results in the order of the cases.
     """
-    cases = [(seed, n_s) for n_s in counts for seed in range(problems)]
+    plan = partial(plan_case, cpu_limit_s=cpu_limit_s, enough=enough)
     if workers <= 1:
-        for seed, n_s in cases:
-            yield plan_random_problem(hand_name, seed, n_s)
+        yield from map(plan, cases)
         return
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        seeds, synergies = zip(*cases, strict=True)
-        yield from pool.map(plan_random_problem, [hand_name] * len(cases), seeds, synergies)
+        yield from pool.map(plan, cases)
 
 
-def summarise(results: Sequence[ProblemResult], n_synergies: int) -> dict[str, float]:
-    """Return success and medians over the feasible results of one number of synergies."""
-    mine = [result for result in results if result.n_synergies == n_synergies]
-    found = [result for result in mine if result.feasible]
-    summary: dict[str, float] = {"problems": len(mine), "feasible": len(found)}
-    for name in ("iterations", "starts_tried", "time_s", "time_per_grasp_s", "force_norm", "angle_deg"):
+def summarise(results: Sequence[ProblemResult]) -> dict[str, float]:
+    """Return success, the deepest penetration and medians over the feasible results."""
+    found = [result for result in results if result.feasible]
+    summary: dict[str, float] = {"problems": len(results), "feasible": len(found)}
+    for name in ("iterations", "phase_one_iterations", "cpu_s", "cpu_per_grasp_s", "force_norm", "angle_deg"):
         values = [float(getattr(result, name)) for result in found]
         summary[f"median_{name}"] = statistics.median(values) if values else float("nan")
-    tried = sum(result.starts_tried for result in mine)
-    summary["start_success_share"] = sum(result.starts_feasible for result in mine) / max(tried, 1)
+    summary["max_penetration"] = max((result.penetration for result in found), default=float("nan"))
+    tried = sum(result.starts_tried for result in results)
+    summary["start_success_share"] = sum(result.starts_feasible for result in results) / max(tried, 1)
     return summary
 
 

@@ -13,6 +13,8 @@ from .cli_bench import bench
 from .cli_hand import hand_group
 from .cli_plan import plan
 from .cli_reproduce import reproduce
+from .cli_simulate import simulate
+from .cli_study import study_synergies
 from .cli_synergies import synergies_group
 from .cli_view import export, view
 from .exceptions import GraspPlannerError
@@ -52,6 +54,8 @@ for command in (
     export,
     reproduce,
     bench,
+    simulate,
+    study_synergies,
     batch_command,
     report_command,
     export_command,

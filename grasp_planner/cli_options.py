@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 import numpy as np
 
 from .clearance_options import ClearanceOptions
-from .exceptions import InvalidValueError
+from .exceptions import FileFormatError, InvalidValueError
 from .hand import load_hand
 from .objects import parse_object
 from .planner import PlannerOptions
@@ -181,6 +182,13 @@ def planner_options(
         tolerance=tolerance,
         time_limit_s=time_limit,
     )
+
+
+def check_writable(*paths: Path | None) -> None:
+    """Check before long work that outputs have a folder to go to."""
+    for path in paths:
+        if path is not None and str(path) != "-" and not path.parent.is_dir():
+            raise FileFormatError(path, f"can't be written: no folder {path.parent}")
 
 
 def _given(value: float | None, default: float) -> float:

@@ -12,7 +12,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .cli_options import planner_options, problem_from_options, problem_options, search_options
+from .cli_options import check_writable, planner_options, problem_from_options, problem_options, search_options
 from .exceptions import FileFormatError
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from .planner import plan_grasp
@@ -56,7 +56,7 @@ def plan(
     options = planner_options(
         starts=starts, enough=enough, max_iterations=max_iterations, tolerance=tolerance, time_limit=time_limit
     )
-    _check_writable(json_file, picture)
+    check_writable(json_file, picture)
     to_stdout = str(json_file) == "-"
     # Everything but JSON goes to standard error when JSON has standard output.
     console = Console(stderr=to_stdout, quiet=quiet)
@@ -202,13 +202,6 @@ def _violation_table(grasp: Grasp) -> Table:
     for name, value in grasp.violations.items():
         table.add_row(name, f"[red]{value:.3g}[/]" if name in failed else f"{value:.3g}")
     return table
-
-
-def _check_writable(*paths: Path | None) -> None:
-    """Check before planning that outputs have a folder to go to."""
-    for path in paths:
-        if path is not None and str(path) != "-" and not path.parent.is_dir():
-            raise FileFormatError(path, f"can't be written: no folder {path.parent}")
 
 
 def _write_json(grasp: Grasp, path: Path) -> None:

@@ -44,7 +44,7 @@ def reproduce(
     console = Console()
     loaded = load_hand(hand)
     name = loaded.synergies(synergy_set).name
-    options = PlannerOptions(starts=starts, enough=enough, max_iterations=400)
+    options = PlannerOptions(starts=starts, enough=enough, max_iterations=200)
     with Progress(console=console, transient=True) as progress:
         bar = progress.add_task("cells", total=len(PAPER_CELLS) + (len(PARETO_RATIOS) if out else 0))
 

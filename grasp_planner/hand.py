@@ -15,7 +15,7 @@ from .hand_description import ContactDescription, HandDescription, find_hand, re
 from .joint_coupling import joint_coupling, joint_limits
 from .spatial import Array, finite_array, readonly, unit_vector
 from .synergies import SynergySpace, load_synergies
-from .urdf_file import find_urdf, read_urdf
+from .urdf_file import find_robot_file, read_urdf
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
     """
     path = find_hand(name_or_path)
     description = read_hand_description(path)
-    urdf = read_urdf(find_urdf(description.urdf, path.parent))
+    urdf = read_urdf(find_robot_file(description.urdf, path.parent))
     model = urdf.model
     coupling, offset = joint_coupling(model, description.joints, urdf.mimics)
     palm_in_root = _palm_placement(model, description.palm.link)

@@ -86,7 +86,7 @@ def report_lines(check: HandCheck) -> list[str]:
 
 
 def save_hand_picture(check: HandCheck, path: Path) -> None:
-    """Draw the hand half closed, with its fingertips, palm normal and closing axis, into a PNG file.
+    """Draw the hand at rest, with its fingertips, palm normal and closing axis, into a PNG file.
 
     Args:
         check: A check without errors.
@@ -95,6 +95,21 @@ def save_hand_picture(check: HandCheck, path: Path) -> None:
     Raises:
         FileFormatError: If the file can't be written.
     """
+    try:
+        draw_hand_check(check).savefig(path, format="png", dpi=120)
+    except OSError as error:
+        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
+
+
+def draw_hand_check(check: HandCheck) -> Figure:
+    """Return a figure of the hand at rest, with its fingertips, palm normal and closing axis.
+
+    Args:
+        check: A check without errors.
+
+    Returns:
+        A Matplotlib figure, independent of any display.
+    """
     figure = Figure(figsize=(9.0, 4.8))
     FigureCanvasAgg(figure)
     for column, (elevation, azimuth) in enumerate(((15.0, -60.0), (20.0, 30.0))):
@@ -102,10 +117,7 @@ def save_hand_picture(check: HandCheck, path: Path) -> None:
         frame_axes(axes, _draw(axes, check))
         axes.view_init(elev=elevation, azim=azimuth)
     figure.suptitle(f"{check.name}: palm normal (red), closing axis (blue), proposed contacts (red balls)", fontsize=9)
-    try:
-        figure.savefig(path, format="png", dpi=120)
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
+    return figure
 
 
 def _draw(axes: object, check: HandCheck) -> Array:

@@ -133,8 +133,27 @@ def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, ch
     )
 
 
+def weighted_residuals(
+    program: GraspProgram, z: Array, terms: list[Constraint], *, margins: bool = False
+) -> tuple[Array, Array]:
+    """Return residuals of terms weighted by their units, and their Jacobian.
+
+    Args:
+        program: The program.
+        z: Scaled variables, of shape (n,).
+        terms: The terms.
+        margins: Whether to leave the margins out of which phase one keeps.
+
+    Returns:
+        Residuals of shape (m,) and their derivatives by z, of shape (m, n).
+    """
+    return _stack(program, z, terms, MARGINS if margins else {})
+
+
 def _stack(program: GraspProgram, z: Array, terms: list[Constraint], margins: dict[str, float]) -> tuple[Array, Array]:
     """Return weighted residuals less their margins, and their Jacobian."""
+    if not terms:
+        return np.zeros(0), np.zeros((0, z.size))
     state, problem = program.state(z), program.problem
     weights = [WEIGHTS[term.unit] for term in terms]
     pairs = list(zip(weights, terms, strict=True))

@@ -82,12 +82,11 @@ def draw_scene(axes: Any, grasp: Grasp) -> None:
         grasp: The grasp.
     """
     problem = grasp.problem
-    corners = _draw_hand(axes, problem.hand, grasp.joint_angles, grasp.palm_pose, 0.55)
+    corners = draw_hand(axes, problem.hand, grasp.joint_angles, grasp.palm_pose, opacity=0.55)
     add_mesh(axes, object_mesh(problem.grasp_object), OBJECT_COLOUR, 0.35)
-    corners.append(object_mesh(problem.grasp_object).bounds)
     _draw_forces(axes, grasp)
     _draw_tasks(axes, grasp)
-    frame_axes(axes, np.vstack(corners))
+    frame_axes(axes, np.vstack([corners, object_mesh(problem.grasp_object).bounds]))
 
 
 def save_synergy_strip(hand: Hand, space: SynergySpace, path: Path) -> None:
@@ -101,6 +100,19 @@ def save_synergy_strip(hand: Hand, space: SynergySpace, path: Path) -> None:
     Raises:
         FileFormatError: If the file can't be written.
     """
+    _write_png(draw_synergy_strip(hand, space), path)
+
+
+def draw_synergy_strip(hand: Hand, space: SynergySpace) -> Figure:
+    """Return a figure of the hand along each synergy, from −2 to +2 standard deviations.
+
+    Args:
+        hand: The hand.
+        space: The synergies to draw, one row each; where their variances are not known, a deviation is 0.3 rad.
+
+    Returns:
+        A Matplotlib figure, independent of any display.
+    """
     steps = (-2.0, -1.0, 0.0, 1.0, 2.0)
     figure = Figure(figsize=(2.4 * len(steps), 2.6 * space.n_synergies), layout="constrained")
     FigureCanvasAgg(figure)
@@ -111,13 +123,12 @@ def save_synergy_strip(hand: Hand, space: SynergySpace, path: Path) -> None:
             sigma = np.zeros(space.n_synergies)
             sigma[k] = step * deviation[k]
             posture = np.clip(space.joint_angles(sigma), hand.lower, hand.upper)
-            corners = _draw_hand(axes, hand, posture, pin.SE3.Identity(), 1.0)
-            frame_axes(axes, np.vstack(corners))
+            frame_axes(axes, draw_hand(axes, hand, posture))
             axes.set_axis_off()
             axes.view_init(elev=20.0, azim=35.0)
             axes.set_title(f"σ{k + 1} = {sigma[k]:+.2f} rad", fontsize=9)
     figure.suptitle(f"{space.name}: from −2 to +2 standard deviations along each synergy")
-    _write_png(figure, path)
+    return figure
 
 
 def ellipsoid_mesh(ellipsoid: Ellipsoid) -> tuple[trimesh.Trimesh, bool]:
@@ -143,17 +154,37 @@ def ellipsoid_mesh(ellipsoid: Ellipsoid) -> tuple[trimesh.Trimesh, bool]:
     return mesh, cut
 
 
-def _draw_hand(axes: Any, hand: Hand, q: Array, palm_in_object: pin.SE3, opacity: float) -> list[Array]:
-    """Draw the links of a hand; return the corners of their bounding boxes."""
-    placements = link_placements(hand, q, palm_in_object)
+def draw_hand(
+    axes: Any,
+    hand: Hand,
+    q: Array,
+    palm_in_object: pin.SE3 | None = None,
+    *,
+    opacity: float = 1.0,
+    colour: str | None = None,
+) -> Array:
+    """Draw the links of a hand into 3-D axes.
+
+    Args:
+        axes: Matplotlib 3-D axes.
+        hand: The hand.
+        q: Independent joint angles [rad], of shape (n_q,).
+        palm_in_object: Pose of the palm frame in O; if left out, the picture is in the palm frame.
+        opacity: From 0 to 1.
+        colour: Colour of all links; grey, the palm darker, if left out.
+
+    Returns:
+        Corners of the bounding boxes of the links [m], of shape (n, 3), for :func:`frame_axes`.
+    """
+    placements = link_placements(hand, q, pin.SE3.Identity() if palm_in_object is None else palm_in_object)
     corners = []
     for link in link_meshes(hand):
         mesh = link.mesh.copy()
         mesh.apply_transform(placements[link.geometry_id].homogeneous)
-        colour = PALM_COLOUR if link.link == hand.description.palm.link else HAND_COLOUR
-        add_mesh(axes, mesh, colour, opacity)
+        of_kind = PALM_COLOUR if link.link == hand.description.palm.link else HAND_COLOUR
+        add_mesh(axes, mesh, colour or of_kind, opacity)
         corners.append(mesh.bounds)
-    return corners
+    return np.vstack(corners)
 
 
 def _write_png(figure: Figure, path: Path) -> None:

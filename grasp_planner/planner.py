@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pinocchio as pin
 from threadpoolctl import threadpool_limits
 
-from .exceptions import InvalidValueError
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from .nlp import solve_nlp
 from .phase_one import polish, reach_feasibility
+from .preparation import FEW_SYNERGIES, search_starts
 from .problem import GraspProblem
 from .program import GraspProgram, Phase
-from .spatial import Array, positive
-from .starts import GraspStart, random_start, standard_start
+from .spatial import Array, positive, positive_whole
+from .starts import GraspStart, standard_start
 
-FEW_SYNERGIES = 4
-"""Up to this many synergies every start is first made feasible (phase one); with more, it rarely pays."""
 PHASE_ONE_GOOD_ENOUGH = 0.1
 """Largest scaled violation after phase one from which phase two is worth trying."""
 LEAST_SQUARES_GOOD_ENOUGH = 0.3
@@ -52,9 +50,7 @@ class PlannerOptions:
 
     def __post_init__(self) -> None:
         for name in ("starts", "enough", "max_iterations"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InvalidValueError(name, value, "a whole number >= 1")
+            positive_whole(name, getattr(self, name))
         positive("tolerance", self.tolerance)
         if self.time_limit_s is not None:
             positive("time_limit_s", self.time_limit_s, unit="s")
@@ -84,6 +80,7 @@ def plan_grasp(
     start: GraspStart | None = None,
     callback: Callable[[IterationRecord], None] | None = None,
     cancel: Callable[[], bool] | None = None,
+    result_callback: Callable[[Grasp], None] | None = None,
 ) -> Grasp:
     """Plan a grasp: minimise z = w_F F + w_C C (29) subject to (10), (30)–(32), by SQP from several starts.
 
@@ -96,21 +93,18 @@ def plan_grasp(
         start: First start; the standard start without contact if left out.
         callback: Called after every iteration.
         cancel: Polled at every iteration; True ends the search with the best grasp so far.
+        result_callback: Called with what every start ended at, feasible or not; its ``search`` reports the search
+            so far.
 
     Returns:
         The best feasible grasp found; if none was, the attempt closest to feasible. The grasp judges itself:
         see ``feasible``, ``verdict`` and ``violations``.
     """
     options = options or PlannerOptions()
-    search = _Search(problem, seed, options, callback, cancel)
-    rng = np.random.default_rng(seed)
+    search = _Search(problem, seed, options, callback, cancel, result_callback)
     # The matrices are too small for threads to be of use; several per product make planning many times slower.
     with threadpool_limits(limits=1):
-        for index in range(options.starts):
-            first = index == 0
-            search.try_start(index, (start or standard_start(problem)) if first else random_start(problem, rng))
-            if search.finished:
-                break
+        search.run(search_starts(problem, np.random.default_rng(seed), start, search.while_preparing))
         return search.best()
 
 
@@ -124,9 +118,10 @@ class _Search:
         options: PlannerOptions,
         callback: Callable[[IterationRecord], None] | None,
         cancel: Callable[[], bool] | None,
+        result_callback: Callable[[Grasp], None] | None,
     ) -> None:
         self.problem, self.seed, self.options = problem, seed, options
-        self.callback, self.cancel = callback, cancel
+        self.callback, self.cancel, self.result_callback = callback, cancel, result_callback
         self.began = time.perf_counter()
         self.tried = self.feasible = self.evaluations = 0
         self.stopped = False
@@ -138,10 +133,30 @@ class _Search:
         """Whether no further start is to be tried."""
         return self.stopped or self.feasible >= self.options.enough
 
-    def try_start(self, index: int, start: GraspStart) -> None:
-        """Solve from one start and keep the result if it is the best so far."""
+    def run(self, starts: Iterator[GraspStart]) -> None:
+        """Try starts until enough grasps are found or the search has to end."""
+        try:
+            for index in range(self.options.starts):
+                self._try_start(index, next(starts))
+                if self.finished:
+                    return
+        except _Stop:  # while the next start was prepared
+            if self._best is None:
+                self._keep(self._attempt(0, standard_start(self.problem)))
+
+    def while_preparing(self) -> None:
+        """Count an evaluation spent on a start to come, and leave if the search has to end."""
+        self.evaluations += 1
+        self._check_stop()
+
+    def _attempt(self, index: int, start: GraspStart) -> _Attempt:
+        """Return an attempt that stands at a start."""
         program = GraspProgram(self.problem, start.palm_pose)
-        attempt = _Attempt(index, program, program.pack(start.joint_angles, start.palm_pose, start.delta_sigma))
+        return _Attempt(index, program, program.pack(start.joint_angles, start.palm_pose, start.delta_sigma))
+
+    def _try_start(self, index: int, start: GraspStart) -> None:
+        """Solve from one start and keep the result if it is the best so far."""
+        attempt = self._attempt(index, start)
         self.tried += 1
         try:
             attempt = self._solve(attempt)
@@ -156,7 +171,10 @@ class _Search:
     def best(self) -> Grasp:
         """Return the best grasp with the report of the whole search."""
         assert self._best is not None
-        grasp = self._best[1]
+        return self._reported(self._best[1])
+
+    def _reported(self, grasp: Grasp) -> Grasp:
+        """Return a grasp with the report of the search so far."""
         assert grasp.search is not None
         report = replace(
             grasp.search,
@@ -279,3 +297,5 @@ class _Search:
         rank = (not feasible, grasp.objective if feasible else attempt.program.merit(attempt.z))
         if self._best is None or rank < self._best[0]:
             self._best = (rank, grasp)
+        if self.result_callback is not None:
+            self.result_callback(self._reported(grasp))

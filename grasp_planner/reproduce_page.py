@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-
 from .exceptions import FileFormatError
+from .page_parts import html_images, html_page, html_table, markdown_table, new_figure, png
 from .picture import draw_scene
 from .reproduce import CellResult, ParetoPoint
 
@@ -121,17 +117,12 @@ def _markdown(
     cells: Sequence[CellResult], front: Sequence[ParetoPoint], figures: dict[str, bytes], seed: int, settings: str
 ) -> str:
     """Return the Markdown page."""
-
-    def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-        lines = [f"| {' | '.join(columns)} |", f"|{'---|' * len(columns)}"]
-        return lines + [f"| {' | '.join(row)} |" for row in rows]
-
     lines = ["# The paper's tables, beside ours", "", f"{settings}; seed {seed}.", "", HONESTY, ""]
-    lines += table(COLUMNS, [table_cells(cell) for cell in cells])
+    lines += markdown_table(COLUMNS, [table_cells(cell) for cell in cells])
     for name in figures:
         lines += ["", f"![{name}]({name}.png)"]
     lines += ["", "## Trade-off between F and C, y task, three synergies", ""]
-    lines += table(("w_F/w_C", "F [N]", "C", "angle [°]"), _front_rows(front))
+    lines += markdown_table(("w_F/w_C", "F [N]", "C", "angle [°]"), _front_rows(front))
     return "\n".join(lines) + "\n"
 
 
@@ -139,33 +130,19 @@ def _html(
     cells: Sequence[CellResult], front: Sequence[ParetoPoint], figures: dict[str, bytes], seed: int, settings: str
 ) -> str:
     """Return the page as one self-contained HTML file."""
-
-    def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-        head = "".join(f"<th>{html.escape(column)}</th>" for column in columns)
-        body = "".join("<tr>" + "".join(f"<td>{html.escape(text)}</td>" for text in row) + "</tr>" for row in rows)
-        return f"<table><tr>{head}</tr>{body}</table>"
-
-    images = "".join(
-        f'<figure><img alt="{name}" src="data:image/png;base64,{base64.b64encode(data).decode()}"></figure>'
-        for name, data in figures.items()
+    body = (
+        f"<p>{html.escape(settings)}; seed {seed}.</p><p>{html.escape(HONESTY)}</p>"
+        f"{html_table(COLUMNS, [table_cells(cell) for cell in cells])}{html_images(figures)}"
+        "<h2>Trade-off between F and C, y task, three synergies</h2>"
+        f"{html_table(('w_F/w_C', 'F [N]', 'C', 'angle [°]'), _front_rows(front))}"
     )
-    style = (
-        "body{font-family:system-ui,sans-serif;margin:2em auto;max-width:1200px}table{border-collapse:collapse;"
-        "font-size:13px}td,th{border:1px solid #ccc;padding:3px 7px;text-align:right}img{max-width:100%}"
-    )
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>Tables of [Mavrogiannis2014], beside ours'
-        f"</title><style>{style}</style><h1>The paper's tables, beside ours</h1><p>{html.escape(settings)}; "
-        f"seed {seed}.</p><p>{html.escape(HONESTY)}</p>{table(COLUMNS, [table_cells(cell) for cell in cells])}"
-        f"{images}<h2>Trade-off between F and C, y task, three synergies</h2>"
-        f"{table(('w_F/w_C', 'F [N]', 'C', 'angle [°]'), _front_rows(front))}</html>\n"
-    )
+    return html_page("The paper's tables, beside ours", body)
 
 
 def _scenes(cells: Sequence[CellResult], direction: str, title: str) -> bytes:
     """Return the grasps of table I for one direction, with task and force ellipsoid."""
     chosen = [cell for cell in cells if cell.cell.table == 1 and cell.cell.direction == direction]
-    figure = _new_figure((16.0, 4.8))
+    figure = new_figure((16.0, 4.8))
     for column, result in enumerate(chosen):
         axes = figure.add_subplot(1, len(chosen), column + 1, projection="3d")
         draw_scene(axes, result.grasp)
@@ -178,12 +155,12 @@ def _scenes(cells: Sequence[CellResult], direction: str, title: str) -> bytes:
             fontsize=10,
         )
     figure.suptitle(title)
-    return _png(figure)
+    return png(figure)
 
 
 def _convergence(cells: Sequence[CellResult]) -> bytes:
     """Return objective and largest violation over the iterations of both phases, for table I."""
-    figure = _new_figure((14.0, 5.0))
+    figure = new_figure((14.0, 5.0))
     left, right = figure.subplots(1, 2)
     for result in (cell for cell in cells if cell.cell.table == 1):
         history = result.grasp.search.history if result.grasp.search else ()
@@ -196,30 +173,16 @@ def _convergence(cells: Sequence[CellResult]) -> bytes:
     right.set(xlabel="iteration (phase one, then two)", ylabel="largest violation [SI]", title="violation")
     right.axhline(1e-6, color="black", linewidth=0.8)
     left.legend(fontsize=8)
-    return _png(figure)
+    return png(figure)
 
 
 def _pareto(front: Sequence[ParetoPoint]) -> bytes:
     """Return F against C and against the angle over the ratio of weights."""
-    figure = _new_figure((14.0, 5.0))
+    figure = new_figure((14.0, 5.0))
     left, right = figure.subplots(1, 2)
     force = [point.grasp.force_norm for point in front]
     left.loglog([max(point.grasp.task_index, 1e-16) for point in front], force, "o-")
     left.set(xlabel="C", ylabel="F [N]", title="trade-off over w_F/w_C (y task, n_s = 3)")
     right.semilogy([point.grasp.alignments[0][0] for point in front], force, "o-")
     right.set(xlabel="angle between task and ellipsoid [°]", ylabel="F [N]", title="F against the angle")
-    return _png(figure)
-
-
-def _new_figure(size: tuple[float, float]) -> Figure:
-    """Return an empty figure that needs no display."""
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def _png(figure: Figure) -> bytes:
-    """Return a figure as PNG."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=80)
-    return buffer.getvalue()
+    return png(figure)

@@ -185,3 +185,13 @@ def positive(field: str, value: float, *, zero_allowed: bool = False, unit: str 
     if not math.isfinite(number) or number < 0.0 or (number == 0.0 and not zero_allowed):
         raise InvalidValueError(field, value, allowed)
     return number
+
+
+def positive_whole(name: str, value: object) -> None:
+    """Check that a value is a whole number of at least one.
+
+    Raises:
+        InvalidValueError: If it is not.
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise InvalidValueError(name, value, "a whole number >= 1")

@@ -42,6 +42,7 @@ class GraspState:
         task_index: C.
         d_gaps: ∂gaps/∂x, of shape (n_c, n_x).
         d_forces: ∂f/∂x, of shape (3 n_c, n_x).
+        d_normal_forces: ∂f_n/∂x, of shape (n_c, n_x).
         d_friction_margins: ∂friction_margins/∂x, of shape (n_c, n_x).
         d_compliance: ∂compliance/∂x, of shape (n_q − n_s, n_x).
         d_force_norm: ∂F/∂x, of shape (n_x,).
@@ -61,6 +62,7 @@ class GraspState:
     task_index: float
     d_gaps: Array
     d_forces: Array
+    d_normal_forces: Array
     d_friction_margins: Array
     d_compliance: Array
     d_force_norm: Array
@@ -140,6 +142,7 @@ class StateEvaluator:
             task_index=task_index,
             d_gaps=self._pad(geometry.d_gaps),
             d_forces=d_forces,
+            d_normal_forces=d_normal,
             d_friction_margins=d_margins,
             d_compliance=self._complement.T @ d_bent,
             d_force_norm=(normal / force_norm) @ d_normal,

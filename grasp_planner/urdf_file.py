@@ -55,7 +55,7 @@ class UrdfFile:
     mimics: dict[str, MimicJoint]
 
 
-def find_urdf(text: str, folder: Path) -> Path:
+def find_robot_file(text: str, folder: Path) -> Path:
     """Return the path of a URDF as a hand description names it.
 
     Args:

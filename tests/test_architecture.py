@@ -1,6 +1,8 @@
 """The layers: a module imports only modules below it; public names are documented; nothing grows too large."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -41,6 +43,7 @@ LAYERS = (
     "program",
     "phase_one",
     "starts",
+    "preparation",
     "clearance_check",
     "grasp",
     "planner",
@@ -56,8 +59,13 @@ LAYERS = (
     "hand_proposal",
     "paper_tables",
     "reproduce",
+    "page_parts",
     "reproduce_page",
+    "benchmark_problems",
     "benchmark",
+    "simulate",
+    "synergy_study",
+    "synergy_study_page",
     "batch",
     "viewer",
     "cli_options",
@@ -68,6 +76,8 @@ LAYERS = (
     "cli_synergies",
     "cli_batch",
     "cli_view",
+    "cli_simulate",
+    "cli_study",
     "cli",
 )
 BESIDE = {"human_hand", "retargeting", "__init__", "__main__"}
@@ -122,3 +132,9 @@ def test_public_names_exist_and_are_documented():
         value = getattr(gp, name)
         if not name.startswith("_") and callable(value):
             assert value.__doc__, name
+
+
+def test_the_picture_of_the_architecture_is_current():
+    script = PACKAGE.parent / "scripts" / "make_architecture_picture.py"
+    checked = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, check=False)
+    assert checked.returncode == 0, checked.stderr

@@ -109,16 +109,20 @@ def test_a_malformed_hand_file_is_one_clear_line(tmp_path):
 
 def test_bench_measures_and_writes_json(tmp_path):
     path = tmp_path / "bench.json"
-    result = run("bench", "--problems", "1", "--json", str(path))
+    result = run("bench", "--problems", "1", "--synergies", "3,15", "--clearance", "links", "--json", str(path))
     assert result.exit_code == 0, result.output
     report = json.loads(path.read_text())
-    assert {row["n_synergies"] for row in report["evaluation"]} == {3, 5, 15}
-    assert len(report["problems"]) == 3
+    assert {(row["n_synergies"], row["clearance"]) for row in report["evaluation"]} == {
+        (n_s, clearance) for n_s in (3, 15) for clearance in (False, True)
+    }
+    assert [row["case"]["n_synergies"] for row in report["problems"]] == [3, 15]
+    assert [row["n_synergies"] for row in report["summary"]] == [3, 15]
     for row in report["evaluation"]:
         assert row["ratio"] == pytest.approx(row["median_ms"] / row["kinematics_ms"])
 
 
 def test_bench_refuses_nonsense():
-    result = run("bench", "--problems", "0")
-    assert result.exit_code == 2
-    assert "problems" in result.output
+    for option, value in (("problems", "0"), ("synergies", "3,x"), ("objects", "teapot"), ("cpu-limit", "0")):
+        result = run("bench", f"--{option}", value)
+        assert result.exit_code == 2
+        assert value.split(",")[-1] in result.output

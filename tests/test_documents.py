@@ -1,46 +1,160 @@
-"""The notebooks and the Python of the README run as printed, each in a fresh interpreter."""
+"""What README and guide print works: Python runs, files are read, command lines exist, the quick start is followed."""
 
-import json
+import contextlib
+import os
 import re
+import signal
 import subprocess
 import sys
-from pathlib import Path
+import tomllib
+import urllib.request
 
+import click
 import pytest
 
-ROOT = Path(__file__).parents[1]
-NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
+import grasp_planner as gp
+from grasp_planner.cli import main
+from grasp_planner.hand_description import HandDescription
+
+from .documents import PAGES, ROOT, blocks, code_spans, command_lines
+
+WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
+COMMANDS = [(block.name, line) for page in PAGES for block in blocks(page) for line in command_lines(block)]
+PREPARE = {
+    "docs/batch.md": """
+from grasp_planner.batch import GraspCase, run_batch
+cases = [GraspCase(seed=seed, settings={"starts": 1}) for seed in range(18)]
+run_batch(cases, "runs/cyl", workers=2, planner="batch_hooks:quick")
+"""
+}
+"""What the commands of a page have done before its Python runs."""
 
 
 def run(code, folder):
-    finished = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
+    path = os.pathsep.join([str(ROOT), str(ROOT / "tests" / "batch"), os.environ.get("PYTHONPATH", "")])
+    finished = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert finished.returncode == 0, finished.stderr
     return finished.stdout
 
 
-def test_there_are_notebooks():
-    assert NOTEBOOKS
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_the_python_of_a_page_runs_as_printed(page, tmp_path):
+    if page.name == "batch.md":
+        pytest.importorskip("duckdb")
+    code = "\n".join(block.text for block in blocks(page, "python"))
+    printed = run(PREPARE.get(page.relative_to(ROOT).as_posix(), "") + code, tmp_path)
+    if page.name in ("README.md", "quickstart.md"):
+        assert "feasible: every requirement is met" in printed
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_notebooks_run_from_top_to_bottom(path, tmp_path):
-    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
-    assert not [cell for cell in cells if cell.get("outputs")], "outputs are stripped"
-    run("\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"), tmp_path)
+def test_the_python_of_readme_and_guide_was_found():
+    names = {page.relative_to(ROOT).as_posix() for page in WITH_PYTHON}
+    assert {"README.md", "docs/quickstart.md", "docs/extend/object.md", "docs/extend/term.md"} <= names
 
 
-def test_the_readme_runs_as_printed(tmp_path):
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S)
-    assert blocks
-    assert "feasible" in run("\n".join(blocks), tmp_path)
+def parse(words):
+    """Parse a command line as the program would, without running it; return the command."""
+    command, context, rest = main, click.Context(main, info_name="grasp-planner"), words[1:]
+    while isinstance(command, click.Group):
+        _, command, rest = command.resolve_command(context, rest)
+        context = click.Context(command, parent=context, info_name=command.name)
+    command.make_context(command.name, list(rest), parent=context.parent)
+    return command
 
 
-def test_the_commands_of_the_readme_exist():
-    from grasp_planner.cli import main
+@pytest.mark.parametrize(("page", "words"), COMMANDS, ids=lambda value: value if isinstance(value, str) else value[1])
+def test_command_lines_are_understood(page, words):
+    parse(words)
 
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    named = set(re.findall(r"^grasp-planner (\S+)", text, re.M))
-    assert named
-    assert named <= set(main.commands)
-    for script in re.findall(r"^(scripts/\S+)", text, re.M):
-        assert (ROOT / script).is_file()
+
+def test_command_lines_were_found():
+    assert {"README.md", "docs/quickstart.md", "docs/batch.md", "docs/viewer.md"} <= {page for page, _ in COMMANDS}
+
+
+def test_wrong_command_lines_are_not():
+    with pytest.raises(click.UsageError):
+        parse(["grasp-planner", "plan", "--no-such-option", "1"])
+    with pytest.raises(click.UsageError):
+        parse(["grasp-planner", "no-such-command"])
+
+
+def test_commands_named_in_the_text_exist():
+    # A single capital stands for a number.
+    spans = [
+        re.sub(r"\b[A-Z]\b", "1", span).split()
+        for page in PAGES
+        for span in code_spans(page)
+        if span.startswith("grasp-planner ")
+    ]
+    assert spans
+    for words in spans:
+        with contextlib.suppress(click.MissingParameter, click.BadOptionUsage):  # named without its arguments
+            parse(words)
+
+
+def test_files_named_in_the_documents_exist():
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(r"\b((?:scripts|notebooks|tests)/[\w/]+(?:\.\w+)?)", text):
+            assert (ROOT / name).exists() or name.endswith("/"), f"{page.name}: {name}"
+        for name in re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text):
+            assert (page.parent / name).is_file(), f"{page.name}: {name}"
+        if page.name in ("README.md", "CONTRIBUTING.md"):
+            for name in re.findall(r"(?<!!)\[[^\]]*\]\((?!http|#)([^)#]+)", text):
+                assert (page.parent / name).exists(), f"{page.name}: {name}"
+
+
+def test_descriptions_in_the_guide_are_valid():
+    whole = tomllib.loads(gp.hand_library()["tendon_hand"].read_text(encoding="utf-8"))
+    found = [block for page in PAGES for block in blocks(page, "toml")]
+    assert len(found) >= 2
+    for block in found:
+        HandDescription.model_validate({**whole, **tomllib.loads(block.text)})
+
+
+def test_specifications_in_the_guide_are_valid(tmp_path):
+    batch = pytest.importorskip("grasp_planner.batch")
+    found = [block for page in PAGES for block in blocks(page, "yaml")]
+    assert found
+    for block in found:
+        path = tmp_path / "spec.yaml"
+        path.write_text(block.text, encoding="utf-8")
+        table = batch.CaseTable(batch.read_spec(path))
+        table.check()
+        assert len(table) > 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_quick_start_works_as_printed(number, tmp_path):
+    block = blocks(ROOT / "docs" / "quickstart.md", "sh")[number]
+    for words in command_lines(block):
+        command = [sys.executable, "-m", "grasp_planner", *words[1:]]
+        if words[1] == "view":
+            check_viewer(command, tmp_path)
+            continue
+        # scripts/plan also names the files that it writes.
+        outputs = ["--json", "grasp.json", "--picture", "grasp.png"] if words[1:] == ["plan"] else []
+        finished = subprocess.run([*command, *outputs], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert finished.returncode == 0, finished.stderr
+    assert "--json grasp.json --picture grasp.png" in (ROOT / "scripts" / "plan").read_text(encoding="utf-8")
+
+
+def check_viewer(command, folder):
+    """Start the viewer, read its page and end it as Ctrl+C does."""
+    viewer = subprocess.Popen([*command, "--no-open", "--port", "0"], cwd=folder, stdout=subprocess.PIPE, text=True)
+    try:
+        url = re.search(r"http://\S+[^;\s]", viewer.stdout.readline()).group()
+        with urllib.request.urlopen(url, timeout=30) as answer:
+            assert answer.status == 200
+    finally:
+        viewer.send_signal(signal.SIGINT)
+        viewer.communicate(timeout=30)
+    assert viewer.returncode == 0

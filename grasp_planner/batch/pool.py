@@ -9,7 +9,7 @@ from multiprocessing.connection import wait
 from typing import IO, Literal, Protocol
 
 from .errors import ResultsError
-from .process import Job, WorkerProcess
+from .process import PLANNING_WORKER, Job, WorkerProcess
 from .rows import Row
 
 MAX_FAILED_STARTS = 6
@@ -61,10 +61,18 @@ class LocalPool:
         planner: What plans, as ``module:function``.
         spec_hash: Hash of all cases of the run.
         log: File for what workers write to standard error; None discards it.
+        module: Module whose ``main`` answers cases.
     """
 
-    def __init__(self, workers: int, planner: str, spec_hash: str, log: IO[bytes] | None = None) -> None:
-        self._make = lambda: WorkerProcess(planner, spec_hash, log)
+    def __init__(
+        self,
+        workers: int,
+        planner: str,
+        spec_hash: str,
+        log: IO[bytes] | None = None,
+        module: str = PLANNING_WORKER,
+    ) -> None:
+        self._make = lambda: WorkerProcess(planner, spec_hash, log, module)
         self._failed_starts = 0
         self._lost: list[Outcome] = []
         self._workers: list[WorkerProcess] = []

@@ -10,18 +10,32 @@ import subprocess
 import sys
 import time
 from multiprocessing.connection import Connection
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
-from .case import GraspCase
 from .worker import READY
 
 START_LIMIT_S = 120.0
 """Time a worker may take to import everything [s]."""
-_PROGRAM = "import sys; from grasp_planner.batch.worker import main; main(sys.argv[1:])"
+PLANNING_WORKER = "grasp_planner.batch.worker"
+"""Module whose ``main`` plans cases."""
+_PROGRAM = "import sys; from importlib import import_module; import_module(sys.argv[1]).main(sys.argv[2:])"
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 }
 """Workers compute on one thread each: as many as there are cores keep all of them busy, and sums keep their order."""
+
+
+class Case(Protocol):
+    """Anything that can be sent to a worker: its values, and how long it may take [s]."""
+
+    @property
+    def time_limit_s(self) -> float:
+        """Wall time after which it is stopped [s]."""
+        ...
+
+    def model_dump(self, *, mode: str) -> dict[str, Any]:
+        """Return its values; ``mode`` is ``json``."""
+        ...
 
 
 class Job:
@@ -35,7 +49,7 @@ class Job:
 
     __slots__ = ("attempt", "case", "row")
 
-    def __init__(self, row: int, case: GraspCase, attempt: int = 1) -> None:
+    def __init__(self, row: int, case: Case, attempt: int = 1) -> None:
         self.row, self.case, self.attempt = row, case, attempt
 
 
@@ -48,13 +62,16 @@ class WorkerProcess:
         planner: What plans, as ``module:function``.
         spec_hash: Hash of all cases of the run.
         log: File for what workers write to standard error; None discards it.
+        module: Module whose ``main`` answers cases.
     """
 
-    def __init__(self, planner: str, spec_hash: str, log: IO[bytes] | None = None) -> None:
+    def __init__(
+        self, planner: str, spec_hash: str, log: IO[bytes] | None = None, module: str = PLANNING_WORKER
+    ) -> None:
         self._planner, self._spec_hash = planner, spec_hash
         ours, theirs = socket.socketpair()
         path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)  # noqa: PTH109
-        command = [sys.executable, "-X", "faulthandler", "-c", _PROGRAM, str(theirs.fileno())]
+        command = [sys.executable, "-X", "faulthandler", "-c", _PROGRAM, module, str(theirs.fileno())]
         with theirs:
             self._process = subprocess.Popen(
                 command,

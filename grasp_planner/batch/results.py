@@ -119,7 +119,7 @@ def load_rows(folder: str | Path, rows: Sequence[int]) -> list[GraspRecord]:
         ResultsError: If there is no run.
         InvalidValueError: If a row does not exist or has no grasp.
     """
-    return [record for _, record in _load(Path(folder), rows)]
+    return [record for _, record in load_hands_and_records(Path(folder), rows)]
 
 
 def load_grasps(folder: str | Path, rows: Sequence[int]) -> list[Grasp]:
@@ -140,15 +140,20 @@ def load_grasps(folder: str | Path, rows: Sequence[int]) -> list[Grasp]:
     """
     hands: dict[str, Hand] = {}
     grasps = []
-    for name, record in _load(Path(folder), rows):
+    for name, record in load_hands_and_records(Path(folder), rows):
         if name not in hands:
             hands[name] = load_hand(name)
         grasps.append(grasp_from_record(record, hands[name]))
     return grasps
 
 
-def _load(folder: Path, rows: Sequence[int]) -> list[tuple[str, GraspRecord]]:
-    """Return hand, as the case named it, and record of some rows."""
+def load_hands_and_records(folder: Path, rows: Sequence[int]) -> list[tuple[str, GraspRecord]]:
+    """Return hand, as the case named it, and record of some rows, in their order.
+
+    Raises:
+        ResultsError: If there is no run.
+        InvalidValueError: If a row does not exist or has no grasp.
+    """
     numbers = set(rows)
     wanted = pa.array(sorted(numbers), pa.int64())
     names = ["row", "hand", "status", "message", "time_s", "record"]

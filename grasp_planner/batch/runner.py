@@ -14,7 +14,7 @@ from .errors import ResultsError
 from .expand import CaseTable, cases_hash
 from .interrupts import StopOnSignal
 from .pool import CasePool, LocalPool, Outcome
-from .process import Job
+from .process import Case, Job
 from .progress import BatchProgress, RateMeter
 from .rows import Row, add_failure, case_row
 from .spec import BatchSpec
@@ -87,7 +87,7 @@ def run_batch(
     _check(table, workers, planner)
     info = run_info(cases_hash(table, planner), len(table), planner, spec_text)
     with StopOnSignal() as stop, ResultStore(Path(folder), info) as store:
-        return _Run(table, store, on_progress, lambda: stop.stopped or bool(cancel and cancel())).run(
+        return _PlanningLoop(table, store, on_progress, lambda: stop.stopped or bool(cancel and cancel())).run(
             lambda: _pool(store, workers, scheduler)
         )
 
@@ -113,12 +113,12 @@ def _pool(store: ResultStore, workers: int | None, scheduler: str | None) -> Cas
     return LocalPool(workers or os.cpu_count() or 1, info.planner, info.spec_hash, store.log)
 
 
-class _Run:
-    """One call of :func:`run_batch`."""
+class BatchLoop:
+    """One call of :func:`run_batch`, or of another function that works off cases."""
 
     def __init__(
         self,
-        cases: Sequence[GraspCase],
+        cases: Sequence[Case],
         store: ResultStore,
         on_progress: Callable[[BatchProgress], None] | None,
         stopped: Callable[[], bool],
@@ -188,13 +188,14 @@ class _Run:
         if outcome.kind == "died" and job.attempt < MAX_ATTEMPTS:
             self._again.append(Job(job.row, job.case, job.attempt + 1))
             return None
-        values = case_row(job.row, job.case, self.store.info.spec_hash)
-        values["attempts"] = job.attempt
         if outcome.kind == "timeout":
-            add_failure(values, "timeout", "time limit", outcome.detail)
-        else:
-            add_failure(values, "crashed", "worker died", f"its worker died {job.attempt} times ({outcome.detail})")
-        return values
+            return self._failure(job, "timeout", "time limit", outcome.detail)
+        detail = f"its worker died {job.attempt} times ({outcome.detail})"
+        return self._failure(job, "crashed", "worker died", detail)
+
+    def _failure(self, job: Job, status: str, reason: str, message: str) -> Row:
+        """Return the row of a case that gave no answer."""
+        raise NotImplementedError
 
     def _report(self) -> BatchProgress:
         """Report how far it is."""
@@ -203,3 +204,15 @@ class _Run:
         if self.on_progress is not None:
             self.on_progress(state)
         return state
+
+
+class _PlanningLoop(BatchLoop):
+    """Works off grasps to be planned."""
+
+    def _failure(self, job: Job, status: str, reason: str, message: str) -> Row:
+        """Return the row of a case that gave no grasp."""
+        assert isinstance(job.case, GraspCase)
+        values = case_row(job.row, job.case, self.store.info.spec_hash)
+        values["attempts"] = job.attempt
+        add_failure(values, status, reason, message)
+        return values

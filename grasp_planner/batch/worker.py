@@ -93,26 +93,40 @@ def find_planner(name: str) -> Callable[..., Grasp]:
 
 
 def main(arguments: list[str]) -> None:
-    """Serve cases until the parent closes the socket or ends.
+    """Plan cases until the parent closes the socket or ends.
 
     Args:
         arguments: The number of the socket.
     """
+    runner: CaseRunner | None = None
+
+    def plan(job: dict[str, Any]) -> Row:
+        nonlocal runner
+        runner = runner or CaseRunner(job["planner"])
+        return runner.run(job["row"], GraspCase.model_validate(job["case"]), job["spec_hash"])
+
+    serve(arguments, plan)
+
+
+def serve(arguments: list[str], answer: Callable[[dict[str, Any]], Row]) -> None:
+    """Answer cases until the parent closes the socket or ends.
+
+    Args:
+        arguments: The number of the socket.
+        answer: From a job (``row``, ``case``, ``planner``, ``spec_hash``) to its row.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     connection = Connection(int(arguments[0]))
-    runner: CaseRunner | None = None
     connection.send_bytes(READY)
     while True:
         try:
             job = json.loads(connection.recv_bytes())
         except (EOFError, OSError):
             return
-        case = GraspCase.model_validate(job["case"])
-        runner = runner or CaseRunner(job["planner"])
         # Without a handler the kernel ends the process, even if a library never gives the interpreter back.
-        signal.alarm(int(case.time_limit_s) + 1 + GRACE_S)
-        values = runner.run(job["row"], case, job["spec_hash"])
+        signal.alarm(int(job["case"]["time_limit_s"]) + 1 + GRACE_S)
+        values = answer(job)
         signal.alarm(0)
         try:
             connection.send_bytes(json.dumps(values).encode())

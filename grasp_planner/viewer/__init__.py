@@ -8,3 +8,5 @@ from .app import GraspViewer as GraspViewer
 from .export import export_html as export_html
 from .export import grasp_html as grasp_html
 from .first_grasp import first_grasp as first_grasp
+from .simulation_page import export_simulation_html as export_simulation_html
+from .simulation_page import simulation_html as simulation_html

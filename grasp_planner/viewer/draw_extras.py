@@ -17,6 +17,7 @@ from ..spatial import Array
 from . import look
 from .clearances import closest_lines
 from .draw_grasp import ROOT, DisplayOptions
+from .margin import MarginDrawing
 
 
 class ExtraDrawing(Protocol):
@@ -68,7 +69,18 @@ class ClearanceDrawing:
             self._lines.points = np.clip(lines, -1e3, 1e3).astype(np.float32)
 
 
-EXTRAS: tuple[type[ExtraDrawing], ...] = (TorqueDrawing, ClearanceDrawing)
+class WeakestPushDrawing:
+    """The arrow of the push that the grasp resists least."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._drawing = MarginDrawing(scene)
+
+    def draw(self, grasp: Grasp, options: DisplayOptions, *, in_contact: bool) -> None:
+        """Show the arrow; see :class:`ExtraDrawing`."""
+        self._drawing.draw(grasp, shown=options.margin and in_contact)
+
+
+EXTRAS: tuple[type[ExtraDrawing], ...] = (TorqueDrawing, ClearanceDrawing, WeakestPushDrawing)
 """All of them."""
 
 

@@ -47,6 +47,7 @@ class DisplayOptions:
     pinned_ghost: bool = True
     torques: bool = False
     clearances: bool = True
+    margin: bool = False
     labels: bool = False
     force_scale: float = look.FORCE_SCALE_MM
 

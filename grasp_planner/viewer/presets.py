@@ -14,17 +14,20 @@ BY_SYNERGIES = {
     1: "One motor command moves all fingers together. So the ellipsoid has no end in some directions (it is drawn "
     "cut open): there the hand resists with its structure and not with its motor.",
     2: "Two motor commands. The ellipsoid still has no end in some directions; there the motors can do nothing.",
-    3: "Three motor commands: with these few the hand already holds the cylinder gently and turns the long axis of the "
-    "ellipsoid to the task.",
-    15: "Every joint has its own motor: compare with three synergies to see how little the coupling costs.",
+    3: "Three motor commands, the fewest with which the ellipsoid is closed: it is long near the task, as far as three "
+    "synergies can turn it.",
+    15: "Every joint has its own motor: compare with three synergies to see what the coupling costs in force and angle.",
 }
 """What a figure shows, by its number of synergies."""
 BY_RATIO = {
-    1e-9: "Almost only the task counts: the long axis of the ellipsoid turns to the green arrow, whatever the force.",
-    1e-6: "Both count: the long axis follows the task, and the forces stay low.",
+    1e-9: "Almost only the task counts: the long axis of the ellipsoid comes as near to the green arrow as the search "
+    "finds, whatever the force.",
+    1e-6: "Both count: the angle stays small and the forces are lower.",
     1.0: "Almost only low force counts: the ellipsoid may lie across the task.",
 }
 """What a figure shows, by its ratio of weights w_F/w_C."""
+ENOUGH = 1
+"""Feasible grasps after which the search for a figure ends, so that it takes seconds."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import grasp_planner as gp
 from grasp_planner.cli_hand import hand_group
 from grasp_planner.hand_check import check_hand
 from grasp_planner.hand_proposal import proposed_description
-from grasp_planner.urdf_file import find_urdf
+from grasp_planner.urdf_file import find_robot_file
 
 ROOT = Path(__file__).parents[2]
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.
@@ -57,7 +57,7 @@ def write(folder, text):
 def test_known_hands_are_found_out(name):
     """Fingers, joints, tips, palm normal and grasp centre of hands whose descriptions were written by hand."""
     hand = gp.load_hand(name)
-    check = check_hand(find_urdf(hand.description.urdf, hand.folder))
+    check = check_hand(find_robot_file(hand.description.urdf, hand.folder))
     fingers, moving, independent = HANDS[name]
     assert check.usable
     assert (len(check.fingers), len(check.joints)) == (fingers, moving)

@@ -1,0 +1,61 @@
+"""The gate before any physics: how deep hand and object, or links of the hand, overlap. By coal, not by the simulator.
+
+Buried fingers make contacts that do not exist; such a posture is refused, whatever it would do in simulation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..clearance_check import hand_clearances, penetration
+from ..contacts import find_contacts, fingertip_positions
+from ..grasp import Grasp
+from ..spatial import Array
+from .protocol import Geometry
+
+
+@dataclass(frozen=True)
+class GateReport:
+    """Overlaps at one posture.
+
+    Attributes:
+        posture: ``planned`` or ``open``.
+        object_overlap: Deepest overlap of a link or fingertip with the object [m]; links around point fingertips are
+            left out, as in the plan.
+        self_overlap: Deepest overlap of two links [m].
+        limit: Largest overlap allowed [m].
+    """
+
+    posture: str
+    object_overlap: float
+    self_overlap: float
+    limit: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether neither is deeper than allowed."""
+        return max(self.object_overlap, self.self_overlap) <= self.limit
+
+
+def check_posture(grasp: Grasp, q: Array, posture: str, geometry: Geometry, limit: float) -> GateReport:
+    """Measure the overlaps at a posture.
+
+    Args:
+        grasp: The grasp, for problem and palm pose.
+        q: The posture [rad], of shape (n_q,).
+        posture: Its name.
+        geometry: ``links`` for all solids of the hand, ``contacts`` for the fingertips only.
+        limit: Largest overlap allowed [m].
+
+    Returns:
+        The overlaps.
+    """
+    problem = grasp.problem
+    centres = fingertip_positions(problem.hand, problem.frames, q, grasp.palm_pose)
+    gaps = find_contacts(centres, problem.radii, problem.grasp_object.solid).gaps
+    overlap, own = max(0.0, -float(gaps.min())), 0.0
+    if geometry == "links":
+        clearances = hand_clearances(problem, q, grasp.palm_pose)
+        overlap = max(overlap, penetration(clearances, "link_object"))
+        own = penetration(clearances, "self_collision")
+    return GateReport(posture, overlap, own, limit)

@@ -1,0 +1,152 @@
+"""What a simulated test does: loads, times, limits, and the numbers of the simulator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from ..exceptions import InvalidValueError, NameNotFoundError
+from ..spatial import positive
+
+Start = Literal["plan", "open"]
+Geometry = Literal["links", "contacts"]
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """A test of a grasp in simulation.
+
+    Attributes:
+        name: Its name.
+        start: ``plan``: the hand starts in the planned posture, its references set. ``open``: it starts open and
+            closes by moving its references.
+        hold_while_closing: Whether the object is held in place until the hand has closed.
+        gravity: Whether the plan's gravity acts on the object.
+        mass: Mass of the object [kg]; the plan's if None.
+        friction: Coefficient of friction; the plan's if None.
+        torsional_friction: Torsional friction [m]; 0 for the hard finger of the plan.
+        force: Force pushed with in each direction [N].
+        torque_arm: The torques tested are force · arm [m]; the object's length scale if None.
+        hold_s: How long each push lasts [s].
+        check_s: How often the object is looked at [s].
+        torques: Whether torques are tested too; they are reported beside the forces and do not decide.
+        ladder_cap: Largest force of the ladder [N]; its torques go up to this times the arm.
+        ladder_accuracy: Relative accuracy of the load at failure.
+        max_displacement: Limit of the object's way from its planned pose [m].
+        max_rotation_deg: Limit of its rotation [degrees].
+        stage_s: Duration of each stage of closing [s].
+        rest_s: Time to come to rest after closing and release [s].
+        gate: Deepest overlap at the planned and at the open posture [m]; more, and nothing is simulated.
+        geometry: What of the hand collides: all ``links``, or the ``contacts`` only (for plans without clearance).
+        timestep: Step of the simulator [s].
+        solref: MuJoCo's time constant and damping ratio of hand contacts.
+        solimp: MuJoCo's impedance of hand contacts.
+        impratio: MuJoCo's ratio of frictional to normal impedance.
+        noslip_iterations: Iterations of MuJoCo's no-slip solver.
+    """
+
+    name: str
+    start: Start = "plan"
+    hold_while_closing: bool = True
+    gravity: bool = True
+    mass: float | None = None
+    friction: float | None = None
+    torsional_friction: float = 0.0
+    force: float = 1.0
+    torque_arm: float | None = None
+    hold_s: float = 2.0
+    check_s: float = 0.2
+    torques: bool = True
+    ladder_cap: float = 64.0
+    ladder_accuracy: float = 0.05
+    max_displacement: float = 0.05
+    max_rotation_deg: float = 15.0
+    stage_s: float = 0.4
+    rest_s: float = 1.0
+    gate: float = 1e-3
+    geometry: Geometry = "links"
+    timestep: float = 0.001
+    solref: tuple[float, float] = (0.003, 1.0)
+    solimp: tuple[float, float, float] = (0.999, 0.999, 0.001)
+    impratio: float = 1000.0
+    noslip_iterations: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("force", "hold_s", "check_s", "max_displacement", "max_rotation_deg", "stage_s", "ladder_cap"):
+            positive(f"protocol {name}", getattr(self, name))
+        if not 1e-3 <= self.ladder_accuracy <= 1.0:
+            raise InvalidValueError("protocol ladder_accuracy", self.ladder_accuracy, "from 0.001 to 1")
+        for name in ("mass", "friction", "torque_arm"):
+            if getattr(self, name) is not None:
+                positive(f"protocol {name}", getattr(self, name))
+        for name in ("torsional_friction", "rest_s", "gate"):
+            positive(f"protocol {name}", getattr(self, name), zero_allowed=True)
+        for name, allowed in (("start", ("plan", "open")), ("geometry", ("links", "contacts"))):
+            if getattr(self, name) not in allowed:
+                raise NameNotFoundError(f"protocol {name}", str(getattr(self, name)), allowed)
+        if not 1e-5 <= self.timestep <= 0.004:
+            raise InvalidValueError("protocol timestep", self.timestep, "from 1e-5 to 0.004 s")
+
+    @property
+    def check_times(self) -> np.ndarray:
+        """When the object is looked at during a push [s]."""
+        count = max(1, round(self.hold_s / self.check_s))
+        return self.hold_s / count * np.arange(1, count + 1)
+
+
+PLAN = Protocol("plan")
+"""The plan as it is: its own mass, friction and gravity, hard fingers, from the planned posture; 1 N pushes."""
+
+DEXGRASPBENCH = Protocol(
+    "dexgraspbench",
+    start="open",
+    hold_while_closing=False,
+    gravity=False,
+    mass=0.1,
+    friction=0.6,
+    torsional_friction=0.02,
+    rest_s=0.0,
+    timestep=0.004,
+    solref=(0.005, 1.0),
+    solimp=(0.5, 0.99, 0.0001),
+    impratio=10.0,
+    noslip_iterations=2,
+)
+"""The force-closure test of DexGraspBench: 100 g, μ 0.6, no gravity, 1 N along ±x, ±y, ±z for 2 s; 5 cm, 15°."""
+
+PROTOCOLS = {
+    "plan": PLAN,
+    "closing": replace(PLAN, name="closing", start="open"),
+    "dexgraspbench": DEXGRASPBENCH,
+    "dexgraspbench-hard": replace(DEXGRASPBENCH, name="dexgraspbench-hard", friction=0.3, torsional_friction=0.002),
+}
+"""Protocols by name."""
+
+
+def find_protocol(name: str) -> Protocol:
+    """Return a protocol by its name.
+
+    Raises:
+        NameNotFoundError: If there is none; lists those that exist.
+    """
+    if name not in PROTOCOLS:
+        raise NameNotFoundError("protocol", name, PROTOCOLS)
+    return PROTOCOLS[name]
+
+
+def protocol_from(fields: dict[str, Any]) -> Protocol:
+    """Return a protocol from its fields as JSON gives them, lists for tuples.
+
+    Raises:
+        InvalidValueError: If a field does not exist or is out of range.
+    """
+    values: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()
+    }
+    known = Protocol.__dataclass_fields__
+    for name in values:
+        if name not in known:
+            raise NameNotFoundError("protocol field", name, known)
+    return Protocol(**values)

@@ -1,0 +1,156 @@
+"""What a simulation found, as plain frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..grasp import Grasp
+from ..spatial import Array
+from .gate import GateReport
+from .protocol import Protocol
+
+
+@dataclass(frozen=True)
+class RestReport:
+    """Object and forces after closing and release, before any push.
+
+    Attributes:
+        held: Whether the object is still within the limits.
+        displacement: Of the object from its planned position [m].
+        rotation_deg: From its planned orientation [degrees].
+        forces: Of the fingertips on the object, mean of the last tenth of a second [N], of shape (n_c, 3).
+        normal_forces: Along the planned normals [N], of shape (n_c,).
+        other_force: Size of the force of everything else of the hand [N].
+        predicted_normal_forces: Of the plan [N], of shape (n_c,).
+    """
+
+    held: bool
+    displacement: float
+    rotation_deg: float
+    forces: Array
+    normal_forces: Array
+    other_force: float
+    predicted_normal_forces: Array
+
+    @property
+    def normal_force_error(self) -> float:
+        """Norm of the difference of simulated and predicted normal forces, relative to F of the plan."""
+        difference = np.linalg.norm(self.normal_forces - self.predicted_normal_forces)
+        return float(difference / np.linalg.norm(self.predicted_normal_forces))
+
+
+@dataclass(frozen=True)
+class DirectionReport:
+    """One push.
+
+    Attributes:
+        kind: ``force`` or ``torque``.
+        direction: Such as ``+x``, in O.
+        load: How strong it was [N or N m].
+        held: Whether the object stayed within the limits all the time.
+        displacement: Largest one seen [m].
+        rotation_deg: Largest one seen [degrees].
+        load_held: Largest load of the ladder that was held [N or N m]; None without a ladder.
+        load_lost: Smallest load of the ladder that was not; None without a ladder or where all were held.
+    """
+
+    kind: str
+    direction: str
+    load: float
+    held: bool
+    displacement: float
+    rotation_deg: float
+    load_held: float | None = None
+    load_lost: float | None = None
+
+
+@dataclass(frozen=True)
+class Frame:
+    """An instant of a recording.
+
+    Attributes:
+        time: Time [s].
+        joint_angles: Independent joint angles [rad], of shape (n_q,).
+        object_pose: Position [m] and quaternion (w, x, y, z) of the object in its planned frame, of shape (7,).
+    """
+
+    time: float
+    joint_angles: Array
+    object_pose: Array
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """The result of a simulated test.
+
+    Attributes:
+        grasp: The grasp that was tested, with the squeeze it was tested with.
+        protocol: The test.
+        squeeze: Factor on the plan's δσ.
+        mass: Mass of the object [kg].
+        friction: Coefficient of friction.
+        gates: Overlaps at the postures that were checked; if one is too deep, nothing was simulated.
+        rest: At rest; None if a gate was not passed.
+        directions: All pushes; empty if a gate was not passed.
+        surface_error: Largest distance between a planned contact and the simulated object's surface [m].
+        notes: What is not exactly as planned.
+        frames: The recording, if one was asked for.
+    """
+
+    grasp: Grasp
+    protocol: Protocol
+    squeeze: float
+    mass: float
+    friction: float
+    gates: tuple[GateReport, ...]
+    rest: RestReport | None
+    directions: tuple[DirectionReport, ...]
+    surface_error: float
+    notes: tuple[str, ...]
+    frames: tuple[Frame, ...] = ()
+
+    @property
+    def gate_passed(self) -> bool:
+        """Whether all gates were passed."""
+        return all(gate.passed for gate in self.gates)
+
+    @property
+    def forces_held(self) -> int:
+        """How many of the six force directions were held."""
+        return sum(report.held for report in self.directions if report.kind == "force")
+
+    @property
+    def torques_held(self) -> int:
+        """How many of the six torque directions were held."""
+        return sum(report.held for report in self.directions if report.kind == "torque")
+
+    @property
+    def passed(self) -> bool:
+        """Whether the gates were passed, the object rested within the limits, and all six forces were held."""
+        return self.gate_passed and self.rest is not None and self.rest.held and self.forces_held == 6
+
+    def weakest(self, kind: str) -> float | None:
+        """Return the least load of the ladder that was held [N or N m] over all directions of a kind; None without."""
+        loads = [report.load_held for report in self.directions if report.kind == kind]
+        known = [load for load in loads if load is not None]
+        return min(known) if known else None
+
+    @property
+    def verdict(self) -> str:
+        """One sentence."""
+        for gate in self.gates:
+            if not gate.passed:
+                what, depth = "the hand overlaps the object", gate.object_overlap
+                if gate.self_overlap > gate.object_overlap:
+                    what, depth = "links overlap each other", gate.self_overlap
+                return (
+                    f"refused: {what} by {1e3 * depth:.1f} mm in the {gate.posture} posture "
+                    f"(at most {1e3 * gate.limit:.1f} mm)"
+                )
+        assert self.rest is not None
+        if not self.rest.held:
+            return "failed: the object is lost before any push"
+        count = f"{self.forces_held} of 6 force directions held at {self.protocol.force:g} N"
+        return f"passed: {count}" if self.passed else f"failed: {count}"

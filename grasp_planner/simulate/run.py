@@ -1,0 +1,181 @@
+"""Simulate a grasp: gate, closing, rest, pushes and ladder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..grasp import Grasp
+from ..spatial import Array, positive
+from .closing import ReferencePath, free_posture, reference_path
+from .gate import GateReport, check_posture
+from .protocol import PLAN, Protocol
+from .result import DirectionReport, Frame, RestReport, Simulation
+from .trials import DIRECTIONS, push_all
+from .world import Snapshot, World
+
+STAGE_STEPS = 10
+"""Set-points of each stage of closing."""
+MEAN_S, MEAN_SAMPLES = 0.1, 10
+"""Forces at rest are the mean of samples over the last part of the rest [s]."""
+RECORDED_PUSH_S = 1.0
+"""How much of each push is recorded [s]."""
+FRAME_S = 1.0 / 30.0
+"""Time between the frames of a recording [s]."""
+
+
+def squeezed(grasp: Grasp, factor: float) -> Grasp:
+    """Return a grasp with its synergy displacements δσ multiplied: the same contacts, more internal force.
+
+    Its references follow the forces as well as the synergies can; with few synergies not exactly.
+    """
+    positive("squeeze", factor)
+    if factor == 1.0:
+        return grasp
+    return Grasp(grasp.problem, grasp.joint_angles, grasp.palm_pose, factor * grasp.delta_sigma, grasp.search)
+
+
+def simulate_grasp(
+    grasp: Grasp,
+    protocol: Protocol = PLAN,
+    *,
+    squeeze: float = 1.0,
+    ladder: bool = True,
+    record: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> Simulation:
+    """Test a grasp in MuJoCo.
+
+    The hand is moved by its n_s references and its joint springs 1/C_q alone, its palm fixed; the object is free.
+
+    Args:
+        grasp: The grasp.
+        protocol: The test.
+        squeeze: Factor on δσ.
+        ladder: Whether to look for the load at failure in each direction.
+        record: Whether to keep frames for an animation.
+        progress: Called with what is being done.
+
+    Returns:
+        What was found; nothing is simulated if the posture overlaps too much.
+
+    Raises:
+        SimulationDependencyError: If MuJoCo is not installed.
+        InvalidValueError: If the hand or the object can't be simulated.
+    """
+    tested = squeezed(grasp, squeeze)
+    world = World(tested, protocol)
+    say = progress or (lambda _: None)
+    path = reference_path(tested, protocol.geometry) if protocol.start == "open" else None
+    gates = _gates(tested, protocol, path)
+    surface_error = world.surface_error()
+    rest: RestReport | None = None
+    directions: tuple[DirectionReport, ...] = ()
+    frames = _Recorder(world, record)
+    if all(gate.passed for gate in gates):
+        say("closing")
+        rest = _rest(world, path, frames)
+        say("pushing")
+        begin = world.save()
+        directions = push_all(world, begin, ladder=ladder)
+        if record:
+            _record_pushes(world, begin, frames)
+    return Simulation(
+        grasp=tested,
+        protocol=protocol,
+        squeeze=squeeze,
+        mass=world.scene.mass,
+        friction=world.scene.friction,
+        gates=gates,
+        rest=rest,
+        directions=directions,
+        surface_error=surface_error,
+        notes=world.scene.notes,
+        frames=tuple(frames.frames),
+    )
+
+
+class _Recorder:
+    """Runs the simulation and keeps a frame now and then."""
+
+    def __init__(self, world: World, record: bool) -> None:
+        self.world, self.record = world, record
+        self.frames: list[Frame] = []
+        self._clock = 0.0
+
+    def run(self, duration: float) -> None:
+        """Simulate for a time [s]."""
+        count = max(1, round(duration / FRAME_S)) if self.record else 1
+        for _ in range(count):
+            self.world.run(duration / count)
+            self._clock += duration / count
+            self.keep()
+
+    def keep(self) -> None:
+        """Keep the present instant."""
+        if self.record:
+            world = self.world
+            self.frames.append(Frame(self._clock, world.independent_angles, world.object_pose))
+
+
+def _record_pushes(world: World, begin: Snapshot, recorder: _Recorder) -> None:
+    """Record one force push after the other, each from the rest."""
+    for kind, _, axis, sign in DIRECTIONS:
+        if kind == "force":
+            world.restore(begin)
+            wrench = np.zeros(6)
+            wrench[axis] = sign * world.protocol.force
+            world.push(wrench)
+            recorder.run(RECORDED_PUSH_S)
+            world.push(np.zeros(6))
+
+
+def _gates(grasp: Grasp, protocol: Protocol, path: ReferencePath | None) -> tuple[GateReport, ...]:
+    """Check the planned posture, and the open one if the hand starts there."""
+    gates = [check_posture(grasp, grasp.joint_angles, "planned", protocol.geometry, protocol.gate)]
+    if path is not None:
+        q = free_posture(grasp, path.open)
+        gates.append(check_posture(grasp, q, "open", protocol.geometry, protocol.gate))
+    return tuple(gates)
+
+
+def _rest(world: World, path: ReferencePath | None, recorder: _Recorder) -> RestReport:
+    """Close the hand if it starts open, let go of the object, wait, and look."""
+    grasp, protocol = world.grasp, world.protocol
+    if path is None:
+        world.reset(grasp.joint_angles, grasp.sigma)
+    else:
+        world.reset(free_posture(grasp, path.open), path.open)
+        world.hold_object(protocol.hold_while_closing)
+        recorder.keep()
+        for begin, end in path.stages():
+            for step in range(1, STAGE_STEPS + 1):
+                world.set_references(begin + step / STAGE_STEPS * (end - begin))
+                recorder.run(protocol.stage_s / STAGE_STEPS)
+    world.hold_object(False)
+    recorder.keep()
+    if protocol.rest_s > 0.0:
+        recorder.run(max(protocol.rest_s - MEAN_S, protocol.timestep))
+    forces, others = _mean_forces(world)
+    normals, predicted = grasp.contacts.normals, grasp.normal_forces
+    return RestReport(
+        held=world.within_limits,
+        displacement=world.displacement,
+        rotation_deg=world.rotation_deg,
+        forces=forces,
+        normal_forces=np.einsum("ij,ij->i", forces, normals),
+        other_force=float(np.linalg.norm(others)),
+        predicted_normal_forces=np.array(predicted),
+    )
+
+
+def _mean_forces(world: World) -> tuple[Array, Array]:
+    """Return the mean contact forces over the last part of the rest; of the instant where there is no rest."""
+    if world.protocol.rest_s == 0.0:
+        return world.contact_forces()
+    samples = []
+    for _ in range(MEAN_SAMPLES):
+        world.run(MEAN_S / MEAN_SAMPLES)
+        samples.append(world.contact_forces())
+    return np.mean([sample[0] for sample in samples], axis=0), np.mean([sample[1] for sample in samples], axis=0)

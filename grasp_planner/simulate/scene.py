@@ -1,0 +1,180 @@
+"""The whole scene as MJCF text: hand with fixed palm, free object, every pair that may touch, options.
+
+The world frame is the object frame O of the plan. The hand's own weight is compensated, as in the plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ..grasp import Grasp
+from ..link_shapes import LinkShape
+from .mjcf_hand import add_hand, add_motors, mesh_vertices
+from .mjcf_object import ObjectSolid, add_object, object_solids
+from .protocol import Protocol
+from .tips import Tip, colliding_solids, fingertips
+from .xml_text import Element, add
+
+COMPLIANCE_NOTE = 1e-5
+"""Violation of the compliance law from which on the prediction is said not to be exact [rad]."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene.
+
+    Attributes:
+        xml: MJCF text; it needs no other file.
+        tip_names: Names of the fingertips' geometries, in the order of the contacts.
+        object_names: Names of the object's geometries.
+        mass: Mass of the object [kg].
+        friction: Coefficient of friction.
+        notes: What is not exactly as planned, one sentence each.
+    """
+
+    xml: str
+    tip_names: tuple[str, ...]
+    object_names: tuple[str, ...]
+    mass: float
+    friction: float
+    notes: tuple[str, ...]
+
+
+def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
+    """Return the scene of a grasp for a protocol.
+
+    Args:
+        grasp: The grasp.
+        protocol: The test.
+
+    Returns:
+        The scene.
+
+    Raises:
+        InvalidValueError: If the hand or the object can't be simulated.
+    """
+    problem, hand = grasp.problem, grasp.problem.hand
+    tips = fingertips(grasp)
+    solids = colliding_solids(grasp, tips) if protocol.geometry == "links" else ()
+    pieces, object_note = object_solids(problem.grasp_object)
+    mass = problem.grasp_object.mass if protocol.mass is None else protocol.mass
+    friction = problem.parameters.friction if protocol.friction is None else protocol.friction
+    root = ElementTree.Element("mujoco", model=hand.name)
+    _add_options(root, protocol, problem.parameters.gravity if protocol.gravity else np.zeros(3))
+    # Nothing collides but the pairs listed below.
+    add(add(root, "default"), "geom", contype="0", conaffinity="0")
+    assets = add(root, "asset")
+    world = add(root, "worldbody")
+    object_names = add_object(world, problem.grasp_object, mass, pieces)
+    bodies = add_hand(world, problem, grasp.palm_pose * hand.palm_in_root.inverse(), solids)
+    for tip in tips:
+        add(bodies[tip.joint], "geom", name=f"tip_{tip.name}", type="sphere", pos=tip.centre, size=[tip.radius])
+    _add_meshes(assets, solids, pieces)
+    names = [f"solid_{number}_{shape.name}" for number, shape in enumerate(solids)]
+    contact = add(root, "contact")
+    _add_object_pairs(contact, grasp, tips, dict(zip(names, solids, strict=True)), object_names, protocol, friction)
+    _add_hand_pairs(contact, grasp, tips, dict(zip(names, solids, strict=True)), protocol, friction)
+    add_motors(root, problem)
+    equality = root.find("equality")
+    assert equality is not None
+    add(equality, "weld", name="hold", body1="object", active="false", solref=[0.004, 1.0], solimp=[0.99, 0.99, 0.001])
+    notes = [object_note]
+    if any(tip.is_point for tip in tips):
+        notes.append("point fingertips: their links overlap the object as planned and do not touch it")
+    if protocol.geometry == "contacts":
+        notes.append("only the fingertips collide")
+    off = grasp.violations["compliance_rad"]
+    if off > COMPLIANCE_NOTE:
+        notes.append(f"the synergies can't give these forces exactly: joints off by up to {off:.2g} rad")
+    xml = ElementTree.tostring(root, encoding="unicode")
+    tip_names = tuple(f"tip_{tip.name}" for tip in tips)
+    return Scene(xml, tip_names, tuple(object_names), mass, friction, tuple(notes))
+
+
+def _add_options(root: Element, protocol: Protocol, gravity: np.ndarray) -> None:
+    """Add compiler and simulator options."""
+    add(root, "compiler", angle="radian", autolimits="true", balanceinertia="true")
+    option = add(
+        root,
+        "option",
+        timestep=protocol.timestep,
+        gravity=gravity,
+        integrator="implicitfast",
+        cone="elliptic",
+        impratio=protocol.impratio,
+        noslip_iterations=protocol.noslip_iterations,
+        ccd_tolerance=1e-9,
+        # At its default of 1e-8 the solver's noise is enough to shake fingertips loose.
+        tolerance=1e-14,
+        iterations=200,
+        ls_iterations=100,
+    )
+    # A diverged simulation has to stay diverged: MuJoCo would put the object back where it was planned.
+    add(option, "flag", autoreset="disable")
+
+
+def _add_meshes(assets: Element, solids: tuple[LinkShape, ...], pieces: tuple[ObjectSolid, ...]) -> None:
+    """Add the vertices of convex hulls."""
+    for number, shape in enumerate(solids):
+        vertices = mesh_vertices(shape)
+        if vertices is not None:
+            add(assets, "mesh", name=f"mesh_solid_{number}_{shape.name}", vertex=vertices.ravel())
+    for number, piece in enumerate(pieces):
+        if piece.vertices is not None:
+            add(assets, "mesh", name=f"mesh_object_{number}", vertex=piece.vertices.ravel())
+
+
+def _add_pair(contact: Element, first: str, second: str, protocol: Protocol, friction: float) -> None:
+    """Add a pair of geometries that may touch."""
+    torsion = protocol.torsional_friction
+    add(
+        contact,
+        "pair",
+        geom1=first,
+        geom2=second,
+        condim="4" if torsion > 0.0 else "3",
+        friction=[friction, friction, torsion, 0.0, 0.0],
+        solref=protocol.solref,
+        solimp=protocol.solimp,
+    )
+
+
+def _add_object_pairs(
+    contact: Element,
+    grasp: Grasp,
+    tips: tuple[Tip, ...],
+    solids: dict[str, LinkShape],
+    object_names: list[str],
+    protocol: Protocol,
+    friction: float,
+) -> None:
+    """Add the pairs of the hand and the object; links around point fingertips do not touch it."""
+    exempt = {tip.joint for tip in tips if tip.is_point}
+    mine = [f"tip_{tip.name}" for tip in tips]
+    mine += [name for name, shape in solids.items() if shape.joint not in exempt]
+    for name in mine:
+        for other in object_names:
+            _add_pair(contact, name, other, protocol, friction)
+
+
+def _add_hand_pairs(
+    contact: Element,
+    grasp: Grasp,
+    tips: tuple[Tip, ...],
+    solids: dict[str, LinkShape],
+    protocol: Protocol,
+    friction: float,
+) -> None:
+    """Add the pairs within the hand that its description does not ignore; spherical fingertips count, points do not."""
+    if protocol.geometry == "contacts":
+        return
+    ignored = {frozenset(pair) for pair in grasp.problem.hand.description.collision.ignore}
+    mine = [(name, shape.link, shape.joint) for name, shape in solids.items()]
+    mine += [(f"tip_{tip.name}", tip.link, tip.joint) for tip in tips if not tip.is_point]
+    for j, (name, link, joint) in enumerate(mine):
+        for other, other_link, other_joint in mine[:j]:
+            if joint != other_joint and link != other_link and frozenset((link, other_link)) not in ignored:
+                _add_pair(contact, other, name, protocol, friction)

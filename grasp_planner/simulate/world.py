@@ -1,0 +1,167 @@
+"""A running simulation: references in, object pose and contact forces out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..grasp import Grasp
+from ..spatial import Array
+from .engine import load_mujoco
+from .protocol import Protocol
+from .scene import Scene, build_scene
+from .tips import COMPRESSION, ROUNDING
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything the simulator needs to go on from an instant.
+
+    Attributes:
+        state: MuJoCo's integration state.
+        controls: The references σ [rad], of shape (n_s,).
+    """
+
+    state: Array
+    controls: Array
+
+
+class World:
+    """MuJoCo's model and data of one grasp; for one thread.
+
+    Args:
+        grasp: The grasp.
+        protocol: The test.
+    """
+
+    def __init__(self, grasp: Grasp, protocol: Protocol) -> None:
+        self.grasp, self.protocol = grasp, protocol
+        self.scene: Scene = build_scene(grasp, protocol)
+        self._mujoco = mujoco = load_mujoco()
+        self.model = mujoco.MjModel.from_xml_string(self.scene.xml)
+        self.data = mujoco.MjData(self.model)
+        model, hand = self.model, grasp.problem.hand
+        names = tuple(hand.model.names)[1:]
+        joints = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name) for name in names]
+        self._hand_qpos = np.array([model.jnt_qposadr[joint] for joint in joints])
+        free = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, "object_free")
+        start = int(model.jnt_qposadr[free])
+        self._object_qpos = slice(start, start + 7)
+        self._object = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "object")
+        geom = mujoco.mjtObj.mjOBJ_GEOM
+        self._tips = {mujoco.mj_name2id(model, geom, name): k for k, name in enumerate(self.scene.tip_names)}
+        self._solids = {mujoco.mj_name2id(model, geom, name) for name in self.scene.object_names}
+        self._hold = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, "hold")
+
+    def reset(self, q: Array, sigma: Array) -> None:
+        """Put hand and object at rest: posture q [rad] of shape (n_q,), references σ [rad], object as planned."""
+        self._mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[self._hand_qpos] = self.grasp.problem.hand.full_configuration(q)
+        self.data.ctrl[:] = sigma
+        self._mujoco.mj_forward(self.model, self.data)
+
+    def surface_error(self) -> float:
+        """Return how far the simulated object's surface is from the fingertips at the plan, beyond the planned gap [m].
+
+        Moves the hand to the plan.
+        """
+        self.reset(self.grasp.joint_angles, self.grasp.sigma)
+        far, worst = 0.1, 0.0
+        for tip, gap in zip(self._tips, self.grasp.contacts.gaps, strict=True):
+            distance = min(self._mujoco.mj_geomDistance(self.model, self.data, tip, s, far, None) for s in self._solids)
+            planned = 0.0 if abs(gap) < ROUNDING else float(gap)
+            worst = max(worst, abs(distance + COMPRESSION - planned))
+        return worst
+
+    def set_references(self, sigma: Array) -> None:
+        """Set the references σ [rad], of shape (n_s,)."""
+        self.data.ctrl[:] = sigma
+
+    def hold_object(self, held: bool) -> None:
+        """Fix the object at its planned pose, or let it go."""
+        self.data.eq_active[self._hold] = held
+
+    def push(self, wrench: Array) -> None:
+        """Apply a wrench to the object at its centre of mass, in world axes [N, N m], until changed."""
+        self.data.xfrc_applied[self._object] = wrench
+
+    def run(self, duration: float) -> None:
+        """Simulate for a time [s]."""
+        self._mujoco.mj_step(self.model, self.data, max(1, round(duration / self.protocol.timestep)))
+
+    def save(self) -> Snapshot:
+        """Return the present instant."""
+        spec = self._mujoco.mjtState.mjSTATE_INTEGRATION
+        state = np.empty(self._mujoco.mj_stateSize(self.model, spec))
+        self._mujoco.mj_getState(self.model, self.data, state, spec)
+        return Snapshot(state, np.array(self.data.ctrl))
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to an instant."""
+        self._mujoco.mj_setState(self.model, self.data, snapshot.state, self._mujoco.mjtState.mjSTATE_INTEGRATION)
+        self.data.ctrl[:] = snapshot.controls
+        self._mujoco.mj_forward(self.model, self.data)
+
+    @property
+    def object_pose(self) -> Array:
+        """Position [m] and quaternion (w, x, y, z) of the object in its planned frame, of shape (7,)."""
+        return np.array(self.data.qpos[self._object_qpos])
+
+    @property
+    def displacement(self) -> float:
+        """Distance of the object from its planned position [m]."""
+        return float(np.linalg.norm(self.object_pose[:3]))
+
+    @property
+    def rotation_deg(self) -> float:
+        """Angle of the object from its planned orientation [degrees]."""
+        quaternion = self.object_pose[3:]
+        return math.degrees(2.0 * math.atan2(float(np.linalg.norm(quaternion[1:])), abs(float(quaternion[0]))))
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether the object is where the protocol wants it."""
+        protocol = self.protocol
+        near = self.displacement < protocol.max_displacement and self.rotation_deg < protocol.max_rotation_deg
+        return bool(near and np.isfinite(self.data.qpos).all())
+
+    @property
+    def time(self) -> float:
+        """Time of the simulation [s]."""
+        return float(self.data.time)
+
+    @property
+    def independent_angles(self) -> Array:
+        """Angles of the independent joints [rad], of shape (n_q,)."""
+        names = list(self.grasp.problem.hand.model.names)[1:]
+        return self.joint_angles[[names.index(name) for name in self.grasp.problem.hand.joint_names]]
+
+    @property
+    def joint_angles(self) -> Array:
+        """Angles of all URDF joints [rad], of shape (nv,)."""
+        return np.array(self.data.qpos[self._hand_qpos])
+
+    def contact_forces(self) -> tuple[Array, Array]:
+        """Return the forces of the hand on the object, in world axes [N].
+
+        Returns:
+            Forces of the fingertips, of shape (n_c, 3), and of everything else of the hand together, of shape (3,).
+        """
+        forces, others, wrench = np.zeros((len(self._tips), 3)), np.zeros(3), np.zeros(6)
+        for index in range(self.data.ncon):
+            contact = self.data.contact[index]
+            first, second = int(contact.geom[0]), int(contact.geom[1])
+            if (first in self._solids) == (second in self._solids):
+                continue
+            self._mujoco.mj_contactForce(self.model, self.data, index, wrench)
+            # The force acts on the second geometry, along the first to the second.
+            force = np.array(contact.frame).reshape(3, 3).T @ wrench[:3]
+            if first in self._solids:
+                first, force = second, -force
+            if first in self._tips:
+                forces[self._tips[first]] += force
+            else:
+                others += force
+        return forces, others

@@ -1,0 +1,132 @@
+"""What holds and what does not."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import grasp_planner as gp
+from grasp_planner.simulate import PROTOCOLS, Protocol, find_protocol, protocol_from, simulate_grasp, simulation_json
+from grasp_planner.simulate.closing import free_posture, reference_path
+from grasp_planner.simulate.gate import check_posture
+
+
+def test_a_squeezed_grasp_holds(held, tips_only):
+    found = simulate_grasp(held, tips_only, squeeze=2.0, ladder=False)
+    assert found.passed, found.verdict
+    assert found.forces_held == 6
+    assert found.rest.displacement < 2e-4
+    np.testing.assert_allclose(found.rest.forces.sum(axis=0), -found.grasp.problem.external_wrench[:3], atol=1e-3)
+
+
+def test_where_nothing_slips_forces_are_those_predicted(held, tips_only):
+    found = simulate_grasp(held, replace(tips_only, friction=1.2, hold_s=0.2), squeeze=2.0, ladder=False)
+    assert found.rest.displacement < 1e-5
+    np.testing.assert_allclose(found.rest.normal_forces, found.grasp.normal_forces, rtol=0.02)
+    np.testing.assert_allclose(found.rest.forces, found.grasp.forces, atol=0.1)
+    np.testing.assert_allclose(found.rest.forces.sum(axis=0), -found.grasp.problem.external_wrench[:3], atol=1e-3)
+    assert found.surface_error < 1e-6
+
+
+def test_with_a_little_more_friction_than_planned_the_plan_itself_rests_where_it_should(held, tips_only):
+    found = simulate_grasp(held, replace(tips_only, friction=0.88, hold_s=0.2), ladder=False)
+    assert found.rest.displacement < 5e-5
+    assert found.rest.normal_force_error < 0.05
+
+
+def test_less_friction_than_planned_loses_the_object(held, tips_only):
+    found = simulate_grasp(held, replace(tips_only, friction=0.2, hold_s=0.2), squeeze=2.0, ladder=False)
+    assert not found.passed
+    assert not found.rest.held
+
+
+def test_closing_from_an_open_hand_ends_in_the_grasp(held, tips_only):
+    found = simulate_grasp(held, replace(tips_only, start="open"), squeeze=2.0, ladder=False)
+    assert found.passed, found.verdict
+    assert found.rest.displacement < 1e-3
+
+
+def test_the_open_hand_is_clear_of_the_object(held):
+    path = reference_path(held)
+    report = check_posture(held, free_posture(held, path.open), "open", "contacts", 1e-3)
+    assert report.object_overlap == 0.0
+    np.testing.assert_array_equal(path.squeezing, held.sigma)
+
+
+def test_an_open_hand_loses_the_object(held, tips_only):
+    q = free_posture(held, reference_path(held).open)
+    opened = gp.Grasp(held.problem, q, held.palm_pose, np.zeros(15))
+    found = simulate_grasp(opened, replace(tips_only, hold_s=0.2), ladder=False)
+    assert not found.passed
+    assert not found.rest.held
+    assert "lost before any push" in found.verdict
+
+
+def test_a_buried_hand_is_refused(held, tips_only):
+    shifted = held.palm_pose.copy()
+    shifted.translation = shifted.translation - 0.02 * held.contacts.normals[0]
+    buried = gp.Grasp(held.problem, held.joint_angles, shifted, held.delta_sigma)
+    found = simulate_grasp(buried, tips_only)
+    assert not found.gate_passed
+    assert found.rest is None
+    assert found.directions == ()
+    assert "overlaps the object" in found.verdict
+
+
+def test_links_in_the_object_are_refused(planned):
+    found = simulate_grasp(planned, find_protocol("plan"))
+    assert planned.collisions["link_object_m"] > 1e-3  # planned without clearances
+    assert not found.passed
+    assert found.gates[0].object_overlap == pytest.approx(planned.collisions["link_object_m"])
+
+
+def test_the_same_simulation_twice_is_the_same(held, tips_only):
+    quick = replace(tips_only, hold_s=0.2, torques=False)
+    first, second = (simulation_json(simulate_grasp(held, quick, squeeze=2.0, ladder=False)) for _ in range(2))
+    assert first == second
+    assert json.loads(first)["protocol"]["friction"] is None
+
+
+def test_the_ladder_brackets_the_load_that_is_lost(held, tips_only):
+    found = simulate_grasp(held, replace(tips_only, hold_s=0.4, torques=False), squeeze=2.0)
+    for report in found.directions:
+        assert 0.0 < report.load_held < report.load_lost
+        assert report.load_lost - report.load_held <= 0.05 * report.load_lost
+    assert found.weakest("force") == min(report.load_held for report in found.directions)
+    # More than all friction cones together can give along the axis is never held.
+    limit = found.friction * np.linalg.norm(found.grasp.forces, axis=1).sum() * 3
+    assert found.weakest("force") < limit
+
+
+@pytest.mark.slow
+def test_the_benchmark_protocol_runs(held):
+    protocol = replace(find_protocol("dexgraspbench"), geometry="contacts")
+    found = simulate_grasp(held, protocol, squeeze=2.0, ladder=False)
+    assert found.mass == 0.1
+    assert found.friction == 0.6
+    assert found.passed, found.verdict
+
+
+def test_the_numbers_of_the_benchmark_protocol():
+    protocol = PROTOCOLS["dexgraspbench"]
+    assert (protocol.mass, protocol.friction, protocol.gravity, protocol.force) == (0.1, 0.6, False, 1.0)
+    assert (protocol.hold_s, protocol.max_displacement, protocol.max_rotation_deg) == (2.0, 0.05, 15.0)
+    np.testing.assert_allclose(protocol.check_times, 0.2 * np.arange(1, 11))
+    assert PROTOCOLS["dexgraspbench-hard"].friction == 0.3
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [({"mass": -1.0}, "mass"), ({"timestep": 0.1}, "timestep"), ({"geometry": "all"}, "geometry")],
+)
+def test_wrong_protocols(fields, message):
+    with pytest.raises(gp.GraspPlannerError, match=message):
+        Protocol("mine", **fields)
+
+
+def test_protocols_survive_json():
+    protocol = PROTOCOLS["dexgraspbench"]
+    assert protocol_from(json.loads(json.dumps(protocol.__dict__))) == protocol
+    with pytest.raises(gp.NameNotFoundError, match="wind"):
+        protocol_from({"wind": 1.0})
