@@ -16,7 +16,7 @@ BY_SYNERGIES = {
     2: "Two motor commands. The ellipsoid still has no end in some directions; there the motors can do nothing.",
     3: "Three motor commands, the fewest with which the ellipsoid is closed: it is long near the task, as far as three "
     "synergies can turn it.",
-    15: "Every joint has its own motor: compare with three synergies to see what the coupling costs in force and angle.",
+    15: "Every joint has its own motor: compare with three to see what the coupling costs in force and angle.",
 }
 """What a figure shows, by its number of synergies."""
 BY_RATIO = {
