@@ -13,6 +13,7 @@ from .compliance import contact_forces as contact_forces
 from .compliance import hand_stiffness as hand_stiffness
 from .compliance import internal_forces as internal_forces
 from .compliance import joint_torques as joint_torques
+from .compliance import series_stiffness as series_stiffness
 from .compliance import weighted_right_inverse as weighted_right_inverse
 from .contacts import Contacts as Contacts
 from .contacts import find_contacts as find_contacts
@@ -36,7 +37,12 @@ from .hand import ContactFrame as ContactFrame
 from .hand import Hand as Hand
 from .hand import load_hand as load_hand
 from .hand_description import hand_library as hand_library
+from .improve import Improvement as Improvement
+from .improve import improve_grasp as improve_grasp
 from .kinematics import HandKinematics as HandKinematics
+from .load_cases import LoadCases as LoadCases
+from .margins import GraspMargins as GraspMargins
+from .margins import Margin as Margin
 from .objects import Box as Box
 from .objects import Capsule as Capsule
 from .objects import Cylinder as Cylinder
@@ -48,8 +54,14 @@ from .objects import Sphere as Sphere
 from .objects import parse_object as parse_object
 from .planner import PlannerOptions as PlannerOptions
 from .planner import plan_grasp as plan_grasp
+from .post_optimality import PostOptimality as PostOptimality
+from .post_optimality import Sensitivity as Sensitivity
+from .post_optimality import optimum_near as optimum_near
+from .post_optimality import post_optimality as post_optimality
 from .problem import GraspParameters as GraspParameters
 from .problem import GraspProblem as GraspProblem
+from .problem_parameters import Parameter as Parameter
+from .problem_parameters import parameters_of as parameters_of
 from .record import grasp_from_record as grasp_from_record
 from .record import grasp_json as grasp_json
 from .record import grasp_record as grasp_record
@@ -57,6 +69,7 @@ from .record import read_grasp_record as read_grasp_record
 from .record import record_schema as record_schema
 from .retreat import RetreatReport as RetreatReport
 from .retreat import retreat_distance as retreat_distance
+from .stability import Stability as Stability
 from .starts import GraspStart as GraspStart
 from .starts import random_start as random_start
 from .starts import standard_start as standard_start
@@ -77,6 +90,8 @@ from .task import torque_task as torque_task
 from .task import transmission_ellipsoid as transmission_ellipsoid
 from .task import twist_task as twist_task
 from .task import velocity_transmission_ratio as velocity_transmission_ratio
+from .tolerance import Tolerance as Tolerance
+from .tolerance import pose_tolerances as pose_tolerances
 from .why_not import Change as Change
 from .why_not import Diagnosis as Diagnosis
 from .why_not import explain_infeasibility as explain_infeasibility

@@ -12,6 +12,7 @@ import numpy as np
 from .clearance_options import ClearanceOptions
 from .exceptions import NameNotFoundError
 from .hand import load_hand
+from .load_cases import LoadCases
 from .objects import Box, Capsule, Cylinder, EllipsoidObject, GraspObject, MeshObject, Sphere
 from .problem import GraspParameters, GraspProblem
 from .task import force_task
@@ -79,6 +80,7 @@ class BenchmarkCase:
         synergy_set: Synergy set; the hand's default if None.
         contact_set: Contact set; the hand's first if None.
         clearance: Whether links keep clear of object and fingers, and fingers in order (Remarks 1 and 2).
+        loads: Whether the grasp has to hold the standard load cases.
     """
 
     seed: int
@@ -88,6 +90,7 @@ class BenchmarkCase:
     synergy_set: str | None = None
     contact_set: str | None = None
     clearance: bool = False
+    loads: bool = False
 
     def problem(self) -> GraspProblem:
         """Return the problem: a random object of the kind, a random force direction, the paper's parameters.
@@ -108,4 +111,5 @@ class BenchmarkCase:
             synergy_set=self.synergy_set,
             contact_set=self.contact_set,
             clearance=ClearanceOptions() if self.clearance else ClearanceOptions.off(),
+            loads=LoadCases() if self.loads else LoadCases.off(),
         )

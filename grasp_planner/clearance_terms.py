@@ -7,6 +7,7 @@ from abc import abstractmethod
 import numpy as np
 
 from .clearance import ClearanceState
+from .load_terms import load_constraints
 from .problem import GraspProblem
 from .spatial import Array
 from .state import GraspState
@@ -91,7 +92,7 @@ class AbductionOrder(Constraint):
 
 
 def problem_constraints(problem: GraspProblem) -> tuple[Constraint, ...]:
-    """Return the constraints of a problem: those of the model and those its clearance options ask for."""
+    """Return the constraints of a problem: those of the model, those its clearance options ask for, its load cases."""
     options = problem.clearance
     wanted: tuple[tuple[bool, Constraint], ...] = (
         (options.link_object != "off", LinkObjectClearance()),
@@ -100,7 +101,7 @@ def problem_constraints(problem: GraspProblem) -> tuple[Constraint, ...]:
         (options.tip_patch, TipPatch()),
         (options.remark1 and problem.hand.description.remark1 is not None, AbductionOrder()),
     )
-    return (*MODEL_CONSTRAINTS, *(term for on, term in wanted if on))
+    return (*MODEL_CONSTRAINTS, *(term for on, term in wanted if on), *load_constraints(problem))
 
 
 def _padded(derivative: Array, size: int) -> Array:

@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 import click
 
 from . import __version__
+from .cli_analyse import analyse, improve
 from .cli_batch import batch_command, export_command, report_command
 from .cli_bench import bench
 from .cli_hand import hand_group
@@ -50,6 +51,8 @@ def main() -> None:
 
 for command in (
     plan,
+    analyse,
+    improve,
     view,
     export,
     reproduce,

@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from .cli_options import check_writable
+from .cli_options import parse_counts
+from .cli_output import check_writable
 from .exceptions import InvalidValueError, NameNotFoundError
 from .spatial import positive_whole
 
@@ -33,6 +34,7 @@ Group = tuple[str, str, int]
 @click.option("--objects", default="cylinder", show_default=True, help="Kinds of random objects, or 'all'.")
 @click.option("--contact-set", default=None, help="Contact set [default: the hand's first].")
 @click.option("--clearance", type=click.Choice(["none", "links"]), default="none", show_default=True)
+@click.option("--loads/--no-loads", default=False, help="Whether the standard load cases have to be held.")
 @click.option("--problems", type=int, default=100, show_default=True, help="Random problems for each combination.")
 @click.option("--enough", type=int, default=2, show_default=True, help="Feasible grasps after which a search ends.")
 @click.option("--cpu-limit", type=float, default=10.0, show_default=True, help="Processor time for a problem [s].")
@@ -45,6 +47,7 @@ def bench(
     objects: str,
     contact_set: str | None,
     clearance: str,
+    loads: bool,
     problems: int,
     enough: int,
     cpu_limit: float,
@@ -64,7 +67,7 @@ def bench(
     if not cpu_limit > 0.0:
         raise InvalidValueError("cpu-limit", cpu_limit, "a number > 0 [s]")
     check_writable(json_file)
-    counts = _whole_numbers(synergies)
+    counts = parse_counts("synergies", synergies)
     kinds = tuple(OBJECTS) if objects == "all" else _names(objects)
     for kind in kinds:
         if kind not in OBJECTS:
@@ -74,7 +77,7 @@ def bench(
 
     def case(seed: int, synergy_set: str, kind: str, n_s: int) -> BenchmarkCase:
         chosen = None if synergy_set == "default" else synergy_set
-        return BenchmarkCase(seed, n_s, hand, kind, chosen, contact_set, links)
+        return BenchmarkCase(seed, n_s, hand, kind, chosen, contact_set, links, loads)
 
     for group in groups:
         case(0, *group).problem()  # mistakes show before the first search
@@ -102,17 +105,6 @@ def bench(
 def _names(text: str) -> tuple[str, ...]:
     """Return the entries of a comma-separated list."""
     return tuple(part.strip() for part in text.split(",") if part.strip())
-
-
-def _whole_numbers(text: str) -> tuple[int, ...]:
-    """Return the numbers of a comma-separated list."""
-    try:
-        numbers = tuple(int(part) for part in _names(text))
-    except ValueError:
-        raise InvalidValueError("synergies", text, "whole numbers separated by commas") from None
-    if not numbers:
-        raise InvalidValueError("synergies", text, "at least one number of synergies")
-    return numbers
 
 
 def _speed_table(speeds: Sequence[EvaluationSpeed]) -> Table:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 import numpy as np
 
 from .clearance_options import ClearanceOptions
-from .exceptions import FileFormatError, InvalidValueError
+from .cli_loads import LOAD_OPTIONS, loads_from_options
+from .exceptions import InvalidValueError
 from .hand import load_hand
 from .objects import parse_object
 from .planner import PlannerOptions
@@ -25,6 +25,9 @@ CLEARANCES = ("links", "joint-centres", "none")
 """Values of ``--clearance``."""
 
 DEFAULT_OBJECT = "cylinder:radius=0.03,height=0.15,mass=0.2"
+
+PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 5, 3
+"""Number of synergies if none is given: with links that keep clear and load cases three rarely suffice."""
 
 GRASP_OPTIONS = (
     click.option(
@@ -45,7 +48,13 @@ GRASP_OPTIONS = (
         show_default=True,
         help="Direction to transmit: force|torque|twist, a signed axis or x,y,z, optionally *weight. Repeatable.",
     ),
-    click.option("--synergies", "n_synergies", type=int, default=3, show_default=True, help="Number of synergies."),
+    click.option(
+        "--synergies",
+        "n_synergies",
+        type=int,
+        default=None,
+        help=f"Number of synergies [default: {PRACTICAL_SYNERGIES}; {PAPER_SYNERGIES} with --paper].",
+    ),
     click.option("--synergy-set", default=None, help="Synergy set of the hand [default: the hand's]."),
     click.option(
         "--contact-set",
@@ -56,10 +65,9 @@ GRASP_OPTIONS = (
     click.option(
         "--clearance",
         type=click.Choice(CLEARANCES),
-        default="links",
-        show_default=True,
+        default=None,
         help="What keeps clear: links of the object and of each other with Remark 1; joint centres of the object "
-        "with Remark 1, the paper's own; nothing, the paper's plain problem.",
+        "with Remark 1, the paper's own; nothing, the paper's plain problem [default: links; none with --paper].",
     ),
     click.option("--ground", type=float, default=None, help="Height of a table no link may enter [m] [default: none]."),
 )
@@ -93,7 +101,7 @@ MODEL_OPTIONS = (
 
 def problem_options(command: Command) -> Command:
     """Add the options that describe a problem to a command."""
-    for option in reversed((*GRASP_OPTIONS, *MODEL_OPTIONS)):
+    for option in reversed((*GRASP_OPTIONS, *MODEL_OPTIONS, *LOAD_OPTIONS)):
         command = option(command)
     return command
 
@@ -122,11 +130,11 @@ def problem_from_options(
     hand: str,
     object_text: str,
     tasks: tuple[str, ...],
-    n_synergies: int,
+    n_synergies: int | None,
     synergy_set: str | None,
     contact_set: str | None,
     contacts: str | None,
-    clearance: str,
+    clearance: str | None,
     ground: float | None,
     w_force: float,
     w_task: float,
@@ -136,6 +144,8 @@ def problem_from_options(
     contact_stiffness: float | None,
     gravity: str,
     torque_model: str,
+    paper: bool,
+    **load_options: Any,
 ) -> GraspProblem:
     """Return the problem of command-line options.
 
@@ -144,6 +154,9 @@ def problem_from_options(
     """
     loaded = load_hand(hand)
     defaults = loaded.description.compliance
+    if n_synergies is None:
+        n_synergies = min(PAPER_SYNERGIES if paper else PRACTICAL_SYNERGIES, loaded.n_joints)
+    clearance = clearance or ("none" if paper else "links")
     if clearance == "none":
         avoided = replace(ClearanceOptions.off(), ground=ground)
     else:
@@ -168,6 +181,7 @@ def problem_from_options(
         contact_set=contact_set,
         contacts=None if contacts is None else tuple(name.strip() for name in contacts.split(",")),
         clearance=avoided,
+        loads=loads_from_options(paper=paper, **load_options),
     )
 
 
@@ -184,11 +198,19 @@ def planner_options(
     )
 
 
-def check_writable(*paths: Path | None) -> None:
-    """Check before long work that outputs have a folder to go to."""
-    for path in paths:
-        if path is not None and str(path) != "-" and not path.parent.is_dir():
-            raise FileFormatError(path, f"can't be written: no folder {path.parent}")
+def parse_counts(name: str, text: str) -> tuple[int, ...]:
+    """Return the numbers of a list such as ``1-5,15``; ``name`` is the option's.
+
+    Raises:
+        InvalidValueError: If it is malformed.
+    """
+    counts: list[int] = []
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not first.isdigit() or (dash and not last.isdigit()):
+            raise InvalidValueError(name, text, "numbers and ranges, such as 1-5,15")
+        counts += range(int(first), int(last if dash else first) + 1)
+    return tuple(dict.fromkeys(counts))
 
 
 def _given(value: float | None, default: float) -> float:

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .cli_options import check_writable, planner_options, problem_from_options, problem_options, search_options
-from .exceptions import FileFormatError
+from .cli_margins import margin_rows, new_table
+from .cli_options import planner_options, problem_from_options, problem_options, search_options
+from .cli_output import check_writable, write_text
 from .grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from .planner import plan_grasp
 from .record import grasp_json
@@ -80,7 +80,7 @@ def plan(
             diagnosis = explain_infeasibility(grasp, seed=seed)
         console.print(f"[bold]why not[/]\n{diagnosis.text}", highlight=False)
     if json_file is not None:
-        _write_json(grasp, json_file)
+        write_text(grasp_json(grasp), json_file)
     if picture is not None:
         from .picture import save_picture
 
@@ -110,6 +110,7 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         *_task_rows(grasp),
         ("clearance", _clearance_text(grasp)),
         ("force closure", f"{'yes' if grasp.force_closed else 'no'}, margin {grasp.force_closure_margin:.3f}"),
+        *margin_rows(grasp),
         ("σ [rad]", " ".join(f"{value:+.4f}" for value in grasp.sigma)),
         (
             "search",
@@ -156,18 +157,10 @@ def _task_rows(grasp: Grasp) -> list[tuple[str, str]]:
     return rows
 
 
-def _table(title: str, columns: tuple[str, ...]) -> Table:
-    """Return a narrow table: the first column names, the others hold numbers."""
-    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for index, column in enumerate(columns):
-        table.add_column(column, justify="right" if index else "left", no_wrap=True)
-    return table
-
-
 def _contact_table(grasp: Grasp) -> Table:
     """Return the table of contacts."""
     columns = ("contact", "x", "y", "z", "f_x", "f_y", "f_z", "f_n", "margin")
-    table = _table("contacts in the object frame: points \\[mm], forces of the hand on the object \\[N]", columns)
+    table = new_table("contacts in the object frame: points \\[mm], forces of the hand on the object \\[N]", columns)
     contacts = grasp.contacts
     for i, frame in enumerate(grasp.problem.frames):
         table.add_row(
@@ -182,7 +175,7 @@ def _contact_table(grasp: Grasp) -> Table:
 
 def _joint_table(grasp: Grasp) -> Table:
     """Return the table of joints."""
-    table = _table("joints", ("joint", "q [°]", "reference q_r [°]", "torque [N mm]"))
+    table = new_table("joints", ("joint", "q [°]", "reference q_r [°]", "torque [N mm]"))
     rows = zip(
         grasp.problem.hand.joint_names,
         grasp.joint_angles,
@@ -197,20 +190,8 @@ def _joint_table(grasp: Grasp) -> Table:
 
 def _violation_table(grasp: Grasp) -> Table:
     """Return the table of violations."""
-    table = _table(f"violations, recomputed; feasible up to {FEASIBILITY_TOLERANCE:g}", ("requirement", "violation"))
+    table = new_table(f"violations, recomputed; feasible up to {FEASIBILITY_TOLERANCE:g}", ("requirement", "violation"))
     failed = grasp.failures()
     for name, value in grasp.violations.items():
         table.add_row(name, f"[red]{value:.3g}[/]" if name in failed else f"{value:.3g}")
     return table
-
-
-def _write_json(grasp: Grasp, path: Path) -> None:
-    """Write the JSON contract to a file or standard output."""
-    text = grasp_json(grasp)
-    if str(path) == "-":
-        click.echo(text, nl=False)
-        return
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror}") from None

@@ -12,7 +12,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .exceptions import FileFormatError, InvalidValueError
+from .cli_output import check_writable, write_text
+from .exceptions import InvalidValueError
 from .record import grasp_from_record, read_grasp_record
 from .simulate import PROTOCOLS, Protocol, Simulation, build_scene, find_protocol, simulate_grasp, simulation_json
 from .simulate.engine import load_mujoco
@@ -84,18 +85,16 @@ def simulate(
             raise click.UsageError("--html and --mjcf are for one RESULT.")
         sys.exit(_simulate_run(run_folder, protocol, squeeze, ladder, out, where, workers))
     assert result is not None
-    for path in (out, html_file, mjcf_file):
-        if path is not None and not path.parent.is_dir():
-            raise FileFormatError(path, f"can't be written: no folder {path.parent}")
+    check_writable(out, html_file, mjcf_file)
     grasp = grasp_from_record(read_grasp_record(result))
     console = Console()
     if mjcf_file is not None:
-        _write(mjcf_file, build_scene(grasp, protocol).xml)
+        write_text(build_scene(grasp, protocol).xml, mjcf_file)
     with console.status("simulating …"):
         found = simulate_grasp(grasp, protocol, squeeze=squeeze, ladder=ladder, record=html_file is not None)
     print_simulation(console, found)
     if out is not None:
-        _write(out, simulation_json(found))
+        write_text(simulation_json(found), out)
     if html_file is not None:
         from .viewer import export_simulation_html
 
@@ -176,14 +175,6 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
     for index, column in enumerate(columns):
         table.add_column(column, justify="right" if index else "left", no_wrap=True)
     return table
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a text file."""
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
 
 
 def _simulate_run(

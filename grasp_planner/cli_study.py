@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from .exceptions import InvalidValueError
+from .cli_options import parse_counts
 from .simulate import PROTOCOLS
 from .simulate.engine import load_mujoco
 
@@ -50,7 +50,7 @@ def study_synergies(
     settings = StudySettings(
         hand=hand,
         synergy_sets=tuple(name.strip() for name in sets.split(",")),
-        counts=parse_counts(counts),
+        counts=parse_counts("counts", counts),
         problems=problems,
         contact_set=contact_set,
         clearance=clearance == "links",
@@ -70,18 +70,3 @@ def study_synergies(
             table.add_row(*row)
         console.print(table)
     console.print(f"wrote {out / 'study.html'}, study.md, rows.jsonl and figures", highlight=False)
-
-
-def parse_counts(text: str) -> tuple[int, ...]:
-    """Return the numbers of a list such as ``1-5,15``.
-
-    Raises:
-        InvalidValueError: If it is malformed.
-    """
-    counts: list[int] = []
-    for part in text.split(","):
-        first, dash, last = part.strip().partition("-")
-        if not first.isdigit() or (dash and not last.isdigit()):
-            raise InvalidValueError("counts", text, "numbers and ranges, such as 1-5,15")
-        counts += range(int(first), int(last if dash else first) + 1)
-    return tuple(dict.fromkeys(counts))

@@ -30,6 +30,24 @@ def hand_stiffness(jacobian: Array, structural: npt.ArrayLike, joint: npt.ArrayL
     return np.linalg.inv(np.diag(c_s) + (jacobian * c_q) @ jacobian.T)
 
 
+def series_stiffness(jacobian: Array, joint: npt.ArrayLike, contact: npt.ArrayLike) -> Array:
+    """Return K = (C_c + J C_q Jᵀ)⁻¹, C_c = 1/K_c: the springs of joints and contacts in series.
+
+    The stiffness with which the hand, its references held, answers a motion of the object. The structural
+    compliance C_s, which in [Mavrogiannis2014] weighs the distribution of forces and with 0.1 m/N would let any
+    object sag by centimetres, has no part in it.
+
+    Args:
+        jacobian: J, of shape (3 n_c, n_q).
+        joint: C_q [rad/(N m)], a scalar or of shape (n_q,).
+        contact: K_c [N/m], positive, a scalar or of shape (3 n_c,).
+
+    Returns:
+        K [N/m], symmetric positive definite, of shape (3 n_c, 3 n_c).
+    """
+    return hand_stiffness(jacobian, 1.0 / np.asarray(contact, dtype=float), joint)
+
+
 def weighted_right_inverse(grasp: Array, stiffness: Array) -> Array:
     """Return G_K^R = K Gᵀ (G K Gᵀ)⁻¹, the right inverse of G weighted with a stiffness; eq. (12).
 

@@ -7,6 +7,7 @@ the floor tells what the synergies cost, the margin is a certificate independent
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import clarabel
 import numpy as np
@@ -37,8 +38,8 @@ def force_norm_floor(points: Array, normals: Array, friction: float, external_wr
     norm_rows = np.vstack([np.eye(size)[-1], normal_map])
     cost = np.eye(size)[-1]
     equality = np.hstack([grasp_matrix(points), np.zeros((6, 1))])
-    cones = [norm_rows, *_cone_rows(normals, friction, size)]
-    solution = _solve(cost, equality, -external_wrench, cones, [np.zeros(len(rows)) for rows in cones])
+    cones = [norm_rows, *cone_rows(normals, friction, size)]
+    solution = solve_cone_program(cost, equality, -external_wrench, cones, [np.zeros(len(rows)) for rows in cones])
     return math.inf if solution is None else float(solution[-1])
 
 
@@ -66,15 +67,24 @@ def force_closure_margin(points: Array, normals: Array, friction: float) -> floa
     equality = np.zeros((7, size))
     equality[:6, :-1] = scale[:, None] * grasp
     equality[6, :-1] = normals.ravel() / n_c
-    cones = _cone_rows(normals, friction, size)
+    cones = cone_rows(normals, friction, size)
     for rows in cones:
         rows[0, -1] = -1.0
-    solution = _solve(-np.eye(size)[-1], equality, np.eye(7)[6], cones, [np.zeros(4)] * n_c)
+    solution = solve_cone_program(-np.eye(size)[-1], equality, np.eye(7)[6], cones, [np.zeros(4)] * n_c)
     return -math.inf if solution is None else float(solution[-1])
 
 
-def _cone_rows(normals: Array, friction: float, size: int) -> list[Array]:
-    """Return for each contact the rows A with A x = (μ f_n, f_t), which has to lie in the second-order cone."""
+def cone_rows(normals: Array, friction: float, size: int) -> list[Array]:
+    """Return for each contact the rows A with A x = (μ f_n, f_t), which has to lie in the second-order cone.
+
+    Args:
+        normals: Unit normals into the object, of shape (n_c, 3).
+        friction: Coefficient of friction μ.
+        size: Number of variables x; the first 3 n_c are the contact forces.
+
+    Returns:
+        One array of shape (4, size) for each contact.
+    """
     rows: list[Array] = []
     for i, normal in enumerate(normals):
         block = np.zeros((4, size))
@@ -85,8 +95,21 @@ def _cone_rows(normals: Array, friction: float, size: int) -> list[Array]:
     return rows
 
 
-def _solve(cost: Array, equality: Array, right: Array, cones: list[Array], offsets: list[Array]) -> Array | None:
-    """Minimise cost·x with equality x = right and cones[k] x + offsets[k] in the second-order cone."""
+def solve_cone_program(
+    cost: Array, equality: Array, right: Array, cones: Sequence[Array], offsets: Sequence[Array]
+) -> Array | None:
+    """Minimise cost·x with equality x = right and cones[k] x + offsets[k] in the second-order cone.
+
+    Args:
+        cost: Of shape (n,).
+        equality: Of shape (p, n).
+        right: Of shape (p,).
+        cones: Rows of each cone, of shape (d_k, n); a single row is an inequality ≥ 0.
+        offsets: Of shape (d_k,) each.
+
+    Returns:
+        The solution, of shape (n,), or None if the solver found none.
+    """
     a = sparse.csc_matrix(np.vstack([equality, *(-rows for rows in cones)]))
     b = np.concatenate([right, *offsets])
     kinds = [clarabel.ZeroConeT(len(right)), *(clarabel.SecondOrderConeT(len(rows)) for rows in cones)]

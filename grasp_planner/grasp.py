@@ -20,70 +20,19 @@ from .compliance import contact_forces, hand_stiffness, internal_forces, joint_t
 from .contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix, hand_jacobian
 from .force_closure import force_closure_margin, force_norm_floor
 from .friction import force_norm, friction_margins, normal_forces
+from .load_check import load_violations
+from .margins import GraspMargins, Holding, Margin, disturbance_response, grasp_margins, holding, worst_passive_margin
 from .problem import GraspProblem
+from .search_report import IterationRecord as IterationRecord
+from .search_report import SearchReport as SearchReport
 from .spatial import Array, finite_array
+from .stability import Stability, grasp_stability
 from .task import alignment_deg, object_synergy_map, task_index, transmission_ratio
 
 FEASIBILITY_TOLERANCE = 1e-6
 """Largest violation of a feasible grasp, in SI units (m, rad, N, N m)."""
 
 Status = Literal["feasible", "infeasible", "cancelled"]
-
-
-@dataclass(frozen=True)
-class IterationRecord:
-    """One iteration of the search.
-
-    Attributes:
-        start: Number of the start, from 0.
-        phase: ``one`` (feasibility) or ``two`` (the full problem).
-        iteration: Number within the phase, from 1.
-        objective: z = w_F F + w_C C.
-        force_norm: F [N].
-        task_index: C.
-        violations: Largest violation of every constraint, in its unit.
-        joint_angles: q [rad].
-        palm_pose: Pose of the palm in O, as a 4 x 4 matrix.
-    """
-
-    start: int
-    phase: str
-    iteration: int
-    objective: float
-    force_norm: float
-    task_index: float
-    violations: dict[str, float]
-    joint_angles: Array
-    palm_pose: Array
-
-
-@dataclass(frozen=True)
-class SearchReport:
-    """How a grasp was found.
-
-    Attributes:
-        seed: Seed of the random starts.
-        iterations: Iterations of the full problem (phase two) from the start that gave the grasp.
-        phase_one_iterations: Iterations of its phase one.
-        evaluations: States evaluated over all starts.
-        starts_tried: Number of starts tried.
-        starts_feasible: Number of starts that ended feasible.
-        time_s: Wall time [s].
-        message: The solver's last words.
-        cancelled: Whether the search was stopped from outside.
-        history: Iterations of the start that gave the grasp.
-    """
-
-    seed: int
-    iterations: int = 0
-    phase_one_iterations: int = 0
-    evaluations: int = 0
-    starts_tried: int = 0
-    starts_feasible: int = 0
-    time_s: float = 0.0
-    message: str = ""
-    cancelled: bool = False
-    history: tuple[IterationRecord, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -240,6 +189,30 @@ class Grasp:
         return parameters.force_weight * self.force_norm + parameters.task_weight * self.task_index
 
     @cached_property
+    def _holding(self) -> Holding:
+        """What the margins need to know."""
+        problem, grasp, jacobian = self.problem, self.grasp_matrix, self.hand_jacobian
+        k_c = problem.parameters.contact_stiffness
+        internal = internal_forces(grasp, jacobian, problem.synergies.basis, self.stiffness, k_c)
+        response = disturbance_response(problem, grasp, jacobian)
+        return holding(problem, self.contacts, self.forces, jacobian, response, internal)
+
+    @cached_property
+    def passive_margin(self) -> Margin:
+        """Largest disturbing force resisted in the worst direction with the references held."""
+        return worst_passive_margin(self._holding)
+
+    @cached_property
+    def margins(self) -> GraspMargins:
+        """Largest disturbances resisted, in the worst direction and along the tasks, whether asked for or not."""
+        return grasp_margins(self._holding, self.problem.tasks, self.passive_margin)
+
+    @cached_property
+    def stability(self) -> Stability:
+        """Stiffness with which the object is held, preload included, and the motion resisted least."""
+        return grasp_stability(self.problem, self.joint_angles, self.palm_pose, self.contacts, self.forces)
+
+    @cached_property
     def clearances(self) -> tuple[Clearance, ...]:
         """Exact distances of the hand from the object, from itself and from the ground, whether asked for or not."""
         return hand_clearances(self.problem, self.joint_angles, self.palm_pose)
@@ -277,6 +250,7 @@ class Grasp:
             "equilibrium_n": float(np.abs(imbalance[:3]).max()),
             "equilibrium_nm": float(np.abs(imbalance[3:]).max()),
             **{name: self.collisions[name] for name in self.problem.clearance.requirements},
+            **load_violations(self.problem, self.forces, contacts.normals, self.hand_jacobian, self.grasp_matrix),
         }
 
     def failures(self, tolerance: float = FEASIBILITY_TOLERANCE) -> dict[str, float]:
@@ -302,9 +276,10 @@ class Grasp:
 
     @property
     def verdict(self) -> str:
-        """One sentence: feasible, or what could not be met and by how much."""
+        """One sentence: feasible (and unstable, if it is), or what could not be met and by how much."""
         if self.feasible:
-            return "feasible: every requirement is met and the contacts are force-closed"
+            note = "" if self.stability.stable else f"; but {self.stability.text}"
+            return f"feasible: every requirement is met and the contacts are force-closed{note}"
         parts = [f"{name} {value:.3g}" for name, value in self.failures().items()]
         if not self.force_closed:
             parts.append("not force-closed")

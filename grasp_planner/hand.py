@@ -171,6 +171,23 @@ class Hand:
         given = self.description.grasp_centres.get(name)
         return self.grasp_centre if given is None else finite_array(f"grasp_centres.{name}", given, (3,))
 
+    @property
+    def max_normal_force(self) -> float:
+        """Largest normal force of a contact, from the description [N]; infinite if it names none."""
+        given = self.description.limits.normal_force
+        return np.inf if given is None else given
+
+    @cached_property
+    def torque_limits(self) -> Array:
+        """Effort limits of the independent joints in the URDF [N m], infinite where there is none, of shape (n_q,).
+
+        A joint that others mimic drives them too; its own limit is that of its motor.
+        """
+        model = self.model
+        index = [model.joints[model.getJointId(name)].idx_v for name in self.joint_names]
+        effort = np.array(model.effortLimit)[index]
+        return readonly(np.where(effort > 0.0, effort, np.inf))
+
     @cached_property
     def joint_compliance(self) -> Array:
         """Default C_q of the independent joints, from the description [rad/(N m)], of shape (n_q,).

@@ -64,6 +64,13 @@ class ComplianceDescription(_Strict):
     """K_c [N/m]."""
 
 
+class LimitDescription(_Strict):
+    """What the hand can bear beyond the joint limits of its URDF."""
+
+    normal_force: Positive | None = None
+    """Largest normal force of a contact [N]; no limit if left out."""
+
+
 class ContactDescription(_Strict):
     """One contact of the hand: a point fixed to a URDF frame and the radius of the fingertip or link around it."""
 
@@ -101,6 +108,7 @@ class HandDescription(_Strict):
     palm: PalmDescription
     remark1: FingerOrder | None = None
     compliance: ComplianceDescription = ComplianceDescription()
+    limits: LimitDescription = LimitDescription()
     contact_sets: dict[str, dict[str, ContactDescription]] = Field(default_factory=dict)
     """Contact sets by name, each with named contacts in order; the first set is the default."""
     grasp_centres: dict[str, Vector3] = Field(default_factory=dict)

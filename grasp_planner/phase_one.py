@@ -18,11 +18,11 @@ from .spatial import Array, skew
 from .state import GraspState
 from .terms import Constraint
 
-WEIGHTS = {"m": 1000.0, "rad": 30.0, "N": 1.0, "1": 3.0}
+WEIGHTS = {"m": 1000.0, "rad": 30.0, "N": 1.0, "N m": 10.0, "1": 3.0}
 """Weights of violations by unit: millimetres, newtons and a few degrees count alike."""
-MARGINS = {"m": 1e-4, "rad": 1e-3, "N": 0.05, "1": 0.02}
+MARGINS = {"m": 1e-4, "rad": 1e-3, "N": 0.05, "N m": 1e-3, "1": 0.02}
 """How far inside inequalities phase one ends, by unit."""
-POLISH_MARGINS = {"m": 1e-8, "rad": 1e-8, "N": 1e-6, "1": 1e-8}
+POLISH_MARGINS = {"m": 1e-8, "rad": 1e-8, "N": 1e-6, "N m": 1e-8, "1": 1e-8}
 """How far inside inequalities the polish ends, by unit."""
 OPPOSITION_WEIGHT = 3.0
 """Weight of the balance of contact normals."""

@@ -12,6 +12,7 @@ import numpy as np
 from .clearance_options import ClearanceOptions
 from .exceptions import InvalidValueError, NameNotFoundError
 from .hand import ContactFrame, Hand
+from .load_cases import LoadCases
 from .objects import GraspObject
 from .spatial import Array, finite_array, positive, readonly
 from .synergies import SynergySpace
@@ -80,6 +81,8 @@ class GraspProblem:
         clearance: What has to keep clear of what; by default nothing, the paper's plain problem (29)–(32), while
             ``ClearanceOptions()`` asks for real clearances and Remark 1.
         contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
+        loads: Disturbances and limits to withstand; by default none, the paper's plain problem, while
+            ``LoadCases()`` asks for practical ones.
     """
 
     hand: Hand
@@ -92,6 +95,7 @@ class GraspProblem:
     synergy_space: SynergySpace | None = None
     clearance: ClearanceOptions = field(default_factory=ClearanceOptions.off)
     contacts: tuple[str, ...] | None = None
+    loads: LoadCases = field(default_factory=LoadCases.off)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", tuple(self.tasks))
@@ -111,6 +115,12 @@ class GraspProblem:
         if len(self.frames) < 3:
             raise InvalidValueError(
                 "contact_set, contacts", [frame.name for frame in self.frames], "at least three contact frames"
+            )
+        if self.loads.disturbed and self.parameters.contact_stiffness == 0.0:
+            raise InvalidValueError("contact_stiffness", 0.0, "more than 0 N/m where there are disturbances")
+        if self.loads.min_normal_force >= self.max_normal_force:
+            raise InvalidValueError(
+                "min_normal_force", self.loads.min_normal_force, f"less than the largest, {self.max_normal_force:g} N"
             )
         # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
         _ = self.synergies, self.joint_compliance
@@ -160,6 +170,19 @@ class GraspProblem:
         if given is None:
             return self.hand.joint_compliance
         return finite_array("joint_compliance", np.full(n_q, given) if np.ndim(given) == 0 else given, (n_q,))
+
+    @cached_property
+    def max_normal_force(self) -> float:
+        """Largest normal force of a contact [N]; infinite without a limit."""
+        if self.loads.max_normal_force is not None:
+            return self.loads.max_normal_force
+        return self.hand.max_normal_force if self.loads.hand_limits else np.inf
+
+    @cached_property
+    def torque_limits(self) -> Array:
+        """Largest torque of every joint [N m], infinite without a limit, of shape (n_q,)."""
+        limits = self.hand.torque_limits
+        return limits if self.loads.hand_limits else readonly(np.full_like(limits, np.inf))
 
     @cached_property
     def external_wrench(self) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,33 +10,29 @@ import numpy as np
 import pinocchio as pin
 from pydantic import ValidationError
 
-from .clearance_check import ClearanceKind, least_distance
 from .clearance_options import ClearanceOptions
 from .exceptions import FileFormatError
 from .grasp import Grasp, SearchReport
 from .hand import Hand, load_hand
+from .load_cases import LoadCases
 from .objects import parse_object
 from .problem import GraspParameters, GraspProblem
 from .record_layout import (
     ClearanceOptionsRecord,
-    ClearanceRecord,
     ContactRecord,
     GraspRecord,
+    LoadCasesRecord,
     ParameterRecord,
     PoseRecord,
     TaskRecord,
     ViolationRecord,
 )
+from .record_parts import clearance_records, finite_or_none, margins_record, stability_record
 from .spatial import readonly
 from .task import parse_task
 
 MAX_RECORD_BYTES = 5_000_000
 """Largest grasp file that is read."""
-
-
-def _number(value: float) -> float | None:
-    """Return a finite number, or None."""
-    return float(value) if math.isfinite(value) else None
 
 
 def grasp_record(grasp: Grasp) -> GraspRecord:
@@ -50,8 +45,8 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
             kind=task.kind,
             direction=task.direction.tolist(),
             weight=task.weight,
-            transmission_ratio=_number(ratio),
-            alignment_angle_deg=_number(angle),
+            transmission_ratio=finite_or_none(ratio),
+            alignment_angle_deg=finite_or_none(angle),
             alignment_degenerate=degenerate,
         )
         for task, ratio, (angle, degenerate) in zip(
@@ -67,7 +62,7 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         status=grasp.status,
         message=grasp.verdict,
         force_closed=grasp.force_closed,
-        force_closure_margin=_number(grasp.force_closure_margin),
+        force_closure_margin=finite_or_none(grasp.force_closure_margin),
         iterations=search.iterations,
         phase_one_iterations=search.phase_one_iterations,
         evaluations=search.evaluations,
@@ -77,7 +72,7 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         seed=search.seed,
         objective=grasp.objective,
         force_norm=grasp.force_norm,
-        force_norm_floor=_number(grasp.force_norm_floor),
+        force_norm_floor=finite_or_none(grasp.force_norm_floor),
         task_index=grasp.task_index,
         transmission_ratios=[task.transmission_ratio for task in tasks],
         alignment_angle_deg=tasks[0].alignment_angle_deg,
@@ -96,31 +91,15 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         external_wrench=problem.external_wrench.tolist(),
         parameters=_parameter_record(problem),
         violations=ViolationRecord(**grasp.violations),
-        clearances=_clearance_records(grasp),
+        clearances=clearance_records(grasp),
+        margins=margins_record(grasp.margins),
+        stability=stability_record(grasp.stability),
     )
 
 
 def _clearance_options(options: ClearanceOptions) -> ClearanceOptionsRecord:
     """Return the record of clearance options."""
     return ClearanceOptionsRecord(**asdict(options))
-
-
-def _clearance_records(grasp: Grasp) -> list[ClearanceRecord]:
-    """Return the records of the closest pair of every kind."""
-    kinds: tuple[ClearanceKind, ...] = ("link_object", "self_collision", "ground")
-    closest = (least_distance(grasp.clearances, kind) for kind in kinds)
-    return [
-        ClearanceRecord(
-            kind=pair.kind,
-            link_a=pair.link_a,
-            link_b=pair.link_b,
-            distance=pair.distance,
-            point_a=pair.point_a.tolist(),
-            point_b=pair.point_b.tolist(),
-        )
-        for pair in closest
-        if pair is not None
-    ]
 
 
 def _contact_records(grasp: Grasp) -> list[ContactRecord]:
@@ -160,6 +139,7 @@ def _parameter_record(problem: GraspProblem) -> ParameterRecord:
         synergy_set=problem.synergy_set_name if problem.synergy_space is None else None,
         contact_set=problem.contact_set or problem.hand.contact_set_names[0],
         clearance=_clearance_options(problem.clearance),
+        loads=LoadCasesRecord(**asdict(problem.loads)),
     )
 
 
@@ -249,6 +229,7 @@ def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
         contact_set=given.contact_set,
         clearance=ClearanceOptions(**given.clearance.model_dump()),
         contacts=tuple(contact.name for contact in record.contacts),
+        loads=LoadCases(**given.loads.model_dump()),
     )
     rotation = pin.Quaternion(readonly(record.palm_pose.quaternion_xyzw)).normalized().matrix()
     report = SearchReport(

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from .clearance_options import ClearanceOptions, LinkObjectMode
+from .load_cases import LoadCases
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Optional = Number | None
@@ -15,13 +16,13 @@ Vector3 = tuple[Number, Number, Number]
 Vector6 = tuple[Number, Number, Number, Number, Number, Number]
 
 
-class _Record(BaseModel):
+class Record(BaseModel):
     """Frozen record that refuses unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class TaskRecord(_Record):
+class TaskRecord(Record):
     """One task direction and how well the grasp transmits it."""
 
     text: str = Field(description="text form, for instance force:0,1,0")
@@ -33,14 +34,14 @@ class TaskRecord(_Record):
     alignment_degenerate: bool
 
 
-class PoseRecord(_Record):
+class PoseRecord(Record):
     """A pose in O."""
 
     position: Vector3 = Field(description="m")
     quaternion_xyzw: tuple[Number, Number, Number, Number]
 
 
-class ContactRecord(_Record):
+class ContactRecord(Record):
     """One contact, in O."""
 
     name: str
@@ -55,7 +56,7 @@ class ContactRecord(_Record):
     friction_margin: Number = Field(description="μ f_n − |f_t|, N")
 
 
-class ClearanceOptionsRecord(_Record):
+class ClearanceOptionsRecord(Record):
     """What had to keep clear of what."""
 
     link_object: LinkObjectMode = Field(description="Remark 2: real geometry, joint centres only, or off")
@@ -66,7 +67,21 @@ class ClearanceOptionsRecord(_Record):
     ground: Optional = Field(description="height of the ground along the direction opposite to gravity, m")
 
 
-class ClearanceRecord(_Record):
+class LoadCasesRecord(Record):
+    """What the grasp had to withstand; all zero (friction_safety one) for the paper's problem."""
+
+    force: Number = Field(description="radius of the sphere of disturbing forces, N")
+    torque: Number = Field(description="radius of the sphere of disturbing torques, N m")
+    acceleration: Number = Field(description="of the object in any direction, m/s²")
+    wrenches: list[Vector6] = Field(description="further disturbances in O; N, N m")
+    friction_safety: Number = Field(description="s of the cones of μ/s")
+    min_normal_force: Number = Field(description="N")
+    max_normal_force: Optional = Field(description="N; null for the hand's own limit")
+    max_force_norm: Optional = Field(description="largest F, N; null for none")
+    hand_limits: bool = Field(description="whether the hand's limits of normal forces and joint torques count")
+
+
+class ClearanceRecord(Record):
     """The closest pair of a kind, by exact distances; in O."""
 
     kind: Literal["link_object", "self_collision", "ground"]
@@ -77,7 +92,7 @@ class ClearanceRecord(_Record):
     point_b: Vector3 = Field(description="m")
 
 
-class ParameterRecord(_Record):
+class ParameterRecord(Record):
     """Parameters of the model."""
 
     mu: Number
@@ -93,10 +108,39 @@ class ParameterRecord(_Record):
     clearance: ClearanceOptionsRecord = Field(
         default_factory=lambda: ClearanceOptionsRecord(**asdict(ClearanceOptions.off()))
     )
+    loads: LoadCasesRecord = Field(default_factory=lambda: LoadCasesRecord(**asdict(LoadCases.off())))
 
 
-class ViolationRecord(_Record):
-    """Largest violation of every requirement; those of clearance only where asked for."""
+class MarginRecord(Record):
+    """The largest disturbance resisted along one direction."""
+
+    size: Optional = Field(description="N, or N m along a torque; null if nothing gives way")
+    direction: Vector6 = Field(description="unit disturbance in O, linear part first")
+    gives_way: str = Field(description="what gives way first; empty where it is not computed")
+
+
+class MarginsRecord(Record):
+    """Margins against disturbing forces, with the true μ and the hand's limits; tasks: against the reaction −d."""
+
+    passive: MarginRecord | None = Field(description="worst direction, the references held; null if undefined")
+    passive_tasks: list[MarginRecord | None] = Field(description="null for motions")
+    active: MarginRecord | None = Field(description="worst of 26 directions, internal forces re-optimised")
+    active_tasks: list[MarginRecord | None] = Field(description="null for motions")
+
+
+class StabilityRecord(Record):
+    """How stiffly the object is held, the palm and the references held, preload included."""
+
+    stable: bool
+    smallest_stiffness: Number = Field(description="rotations measured as lengths at the length given, N/m")
+    direction: Vector6 = Field(description="unit motion (v, length ω) in O that is resisted least")
+    without_preload: Number = Field(description="smallest eigenvalue of G K Gᵀ, N/m")
+    finger_stiffness: Number = Field(description="1 for free joints; not positive if a finger buckles")
+    length: Number = Field(description="m")
+
+
+class ViolationRecord(Record):
+    """Largest violation of every requirement; those of clearance and of load cases only where asked for."""
 
     surface_m: Number
     region_m: Number
@@ -111,9 +155,14 @@ class ViolationRecord(_Record):
     ground_m: Optional = None
     tip_patch: Optional = None
     abduction_order_rad: Optional = None
+    load_friction_n: Optional = None
+    load_min_normal_n: Optional = None
+    load_max_normal_n: Optional = None
+    load_torque_nm: Optional = None
+    load_force_norm_n: Optional = None
 
 
-class GraspRecord(_Record):
+class GraspRecord(Record):
     """A planned grasp. Frame O: the object's centre of mass; P: the palm."""
 
     schema_version: Literal[1] = 1
@@ -152,3 +201,5 @@ class GraspRecord(_Record):
     parameters: ParameterRecord
     violations: ViolationRecord
     clearances: list[ClearanceRecord] = Field(default=[], description="the closest pair of every kind")
+    margins: MarginsRecord | None = Field(default=None, description="null in files written before margins")
+    stability: StabilityRecord | None = Field(default=None, description="null in files written before stability")

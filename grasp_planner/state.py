@@ -14,6 +14,7 @@ import pinocchio as pin
 from .clearance import ClearanceEvaluator, ClearanceState
 from .contact_geometry import ContactGeometry, ContactGeometryEvaluator
 from .force_distribution import ForceDistribution
+from .load_response import LoadEvaluator, LoadState
 from .problem import GraspProblem
 from .spatial import Array
 from .variables import PoseChart, VariableLayout
@@ -48,6 +49,7 @@ class GraspState:
         d_force_norm: ∂F/∂x, of shape (n_x,).
         d_task_index: ∂C/∂x, of shape (n_x,).
         clearance: Clearances of the hand; None if the problem asks for none.
+        loads: What load cases leave of the limits; None if the problem has none.
     """
 
     x: Array
@@ -68,6 +70,7 @@ class GraspState:
     d_force_norm: Array
     d_task_index: Array
     clearance: ClearanceState | None
+    loads: LoadState | None
 
 
 class StateEvaluator:
@@ -82,6 +85,7 @@ class StateEvaluator:
         self.chart = PoseChart.around(reference_pose)
         self._geometry = ContactGeometryEvaluator(problem, self.chart)
         self._clearance = ClearanceEvaluator(problem, self.chart) if problem.clearance.needs_geometry else None
+        self._loads = LoadEvaluator(problem) if problem.loads.active else None
         self._complement = problem.synergies.complement()
 
     def pack(self, q: Array, pose: pin.SE3, delta_sigma: Array) -> Array:
@@ -117,6 +121,10 @@ class StateEvaluator:
         if problem.parameters.torque_model == "internal":
             bending = distribution.forces(np.zeros(6))
         torques, d_torques = distribution.torques(*bending)
+        loads = None
+        if self._loads is not None:
+            total = (torques, d_torques) if bending[0] is forces else distribution.torques(forces, d_forces)
+            loads = self._loads.evaluate(geometry, (forces, d_forces), total)
         c_q = problem.joint_compliance
         compliance = self._complement.T @ (q - problem.synergies.mean + c_q * torques)
         d_bent = c_q[:, None] * d_torques
@@ -148,6 +156,7 @@ class StateEvaluator:
             d_force_norm=(normal / force_norm) @ d_normal,
             d_task_index=self._pad(d_task_index),
             clearance=None if self._clearance is None else self._clearance.evaluate(x, geometry),
+            loads=loads,
         )
 
     def _pad(self, derivative: Array) -> Array:

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
-from .benchmark import random_problem
-from .clearance_options import ClearanceOptions
+from .benchmark_problems import BenchmarkCase
 from .exceptions import FileFormatError, GraspPlannerError, InvalidValueError
 from .grasp import Grasp
 from .hand import load_hand
@@ -65,6 +64,7 @@ class StudySettings:
         problems: Random problems for each set and number; their seeds are 0, 1, ….
         contact_set: Contact set; the hand's first if None.
         clearance: Whether links keep clear; if not, only the fingertips collide in the simulation.
+        loads: Whether the plans have to hold the standard load cases.
         squeeze: Factor on δσ in the simulation.
         protocol: Name of the protocol.
         starts: Most starts of a search; the first feasible one is taken.
@@ -77,6 +77,7 @@ class StudySettings:
     problems: int = 20
     contact_set: str | None = None
     clearance: bool = False
+    loads: bool = False
     squeeze: float = 1.0
     protocol: str = "plan"
     starts: int = 40
@@ -147,12 +148,15 @@ class StudyRow:
 
 def study_case(settings: StudySettings, synergy_set: str, n_synergies: int, seed: int) -> StudyRow:
     """Plan, measure and simulate one random problem."""
-    problem = replace(
-        random_problem(load_hand(settings.hand), seed, n_synergies),
+    problem = BenchmarkCase(
+        seed,
+        n_synergies,
+        settings.hand,
         synergy_set=synergy_set,
         contact_set=settings.contact_set,
-        clearance=ClearanceOptions() if settings.clearance else ClearanceOptions.off(),
-    )
+        clearance=settings.clearance,
+        loads=settings.loads,
+    ).problem()
     options = PlannerOptions(starts=settings.starts, enough=1, time_limit_s=settings.time_limit_s)
     grasp = plan_grasp(problem, seed=seed, options=options)
     if not grasp.feasible:

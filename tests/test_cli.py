@@ -15,19 +15,39 @@ def run(*arguments):
     return CliRunner().invoke(main, list(arguments))
 
 
-def test_the_default_plan_is_the_papers_case_and_is_feasible(tmp_path):
+def test_the_default_plan_is_the_papers_object_with_load_cases_and_is_feasible(tmp_path):
     output, picture = tmp_path / "grasp.json", tmp_path / "grasp.png"
     result = run("plan", "--json", str(output), "--picture", str(picture))
     assert result.exit_code == 0, result.output
     record = gp.read_grasp_record(output)
     assert record.feasible
-    assert record.n_synergies == 3
+    assert record.n_synergies == 5
+    assert record.parameters.loads.force == 1.0
+    assert record.margins.passive.size > 0.9
+    assert record.stability.stable
     assert record.object.startswith("cylinder:radius=0.03,height=0.15,mass=0.2")
     assert record.task[0].direction == (0, 1, 0, 0, 0, 0)
     assert gp.grasp_from_record(record).feasible, "the file alone proves the grasp"
     assert picture.read_bytes().startswith(b"\x89PNG")
     for word in ("feasible", "floor", "thumb", "little_pip", "surface_m"):
         assert word in result.output
+
+
+def test_the_papers_problem_is_a_switch_and_single_options_add_to_it(tmp_path):
+    output = tmp_path / "grasp.json"
+    problem = ["plan", "--paper", "--synergies", "15", "--enough", "1", "--quiet", "--json", str(output)]
+    assert run(*problem).exit_code == 0
+    grasp = gp.grasp_from_record(gp.read_grasp_record(output))
+    assert not grasp.problem.loads.active
+    assert not grasp.problem.clearance.requirements
+    assert grasp.margins.passive.size < 0.1
+    added = run(*problem, "--hand-limits", "--load-force", "0.5", "--load-wrench", "0,0,-1", "--friction-safety", "1.5")
+    assert added.exit_code == 0, added.output
+    grasp = gp.grasp_from_record(gp.read_grasp_record(output))
+    wanted = gp.LoadCases(force=0.5, wrenches=((0, 0, -1, 0, 0, 0),), friction_safety=1.5, min_normal_force=0.0)
+    assert grasp.problem.loads == wanted
+    assert grasp.feasible
+    assert grasp.margins.passive.size > 0.5
 
 
 def test_json_on_standard_output_is_nothing_but_json():
@@ -82,6 +102,10 @@ def test_quiet_prints_nothing():
         (["--gravity", "1,2"], ["gravity", "x,y,z"]),
         (["--w-force", "-1"], ["force_weight"]),
         (["--w-force", "0", "--w-task", "0"], ["force_weight"]),
+        (["--load-force", "-1"], ["load force", ">= 0"]),
+        (["--load-wrench", "1,2"], ["wrench", "fx,fy,fz"]),
+        (["--friction-safety", "0.9"], ["friction_safety", "at least 1"]),
+        (["--max-normal", "0.01"], ["max_normal_force"]),
         (["--starts", "0"], ["starts", ">= 1"]),
         (["--time-limit", "0"], ["time_limit_s"]),
         (["--json", "/no/such/folder/x.json"], ["x.json", "folder"]),

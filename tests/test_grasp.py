@@ -10,6 +10,7 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.record import parse_grasp_record
 
 
 def changed(grasp, **changes):
@@ -111,6 +112,23 @@ def test_malformed_files_are_one_clear_error(tmp_path, text, part):
     with pytest.raises(gp.FileFormatError, match="(?i)" + part) as caught:
         gp.read_grasp_record(path)
     assert "\n" not in str(caught.value)
+
+
+def test_files_from_before_load_cases_and_margins_still_load(planned):
+    data = json.loads(gp.grasp_json(planned))
+    del data["margins"], data["stability"], data["parameters"]["loads"]
+    record = parse_grasp_record(json.dumps(data).encode(), "old.json")
+    assert not gp.grasp_from_record(record).problem.loads.active
+    assert gp.grasp_from_record(record).feasible
+
+
+def test_load_cases_come_back_from_the_record(planned):
+    loads = gp.LoadCases(torque=0.01, wrenches=((0.0, 0.0, 1.0, 0.0, 0.0, 0.0),), max_normal_force=8.0)
+    grasp = changed(planned, problem=changed(planned.problem, loads=loads))
+    record = gp.grasp_record(grasp)
+    assert gp.grasp_from_record(record).problem.loads == loads
+    assert record.violations.load_friction_n > 0.0
+    assert "load_friction_n" in record.message
 
 
 def test_unknown_keys_and_non_finite_numbers_are_refused(tmp_path, planned):

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import grasp_planner as gp
 from grasp_planner.cli import main
-from grasp_planner.cli_study import parse_counts
+from grasp_planner.cli_options import parse_counts
 from grasp_planner.synergy_study import (
     MARGINS,
     StudyRow,
@@ -83,4 +83,4 @@ def test_mistakes_are_one_line(tmp_path, arguments, message):
 
 
 def test_counts():
-    assert parse_counts("1-3,15,2") == (1, 2, 3, 15)
+    assert parse_counts("counts", "1-3,15,2") == (1, 2, 3, 15)

@@ -8,6 +8,7 @@ import math
 from ..grasp import FEASIBILITY_TOLERANCE, Grasp
 from .clearances import link_clearances
 from .live import contact_share
+from .margin import withstands
 
 UNITS = {"_nm": ("N m", 1.0), "_rad": ("°", 180.0 / math.pi), "_m": ("mm", 1e3), "_n": ("N", 1.0)}
 """Unit and factor for display, by the end of a violation's name."""
@@ -174,6 +175,7 @@ def story(grasp: Grasp) -> str:
             f"**Why it holds.** Every red force stays inside its cone; the closest call is **{name}**, {spare}. "
             f"The hand presses {fixed(share)} × as hard as the best hand would have to at these points."
         )
+        parts.append(withstands(grasp))
     else:
         parts.append("**Why it does not hold.** " + "; ".join(reasons(grasp)[:2]) + ".")
     parts.append(task_story(grasp))

@@ -1,0 +1,141 @@
+"""Post-optimality: predicted against solved anew, the validity radius, tolerance and improvement."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import grasp_planner as gp
+from grasp_planner.compliance import series_stiffness
+from grasp_planner.load_check import case_forces
+from grasp_planner.post_optimality import optimum_near, post_optimality
+from grasp_planner.problem_parameters import parameters_of
+
+
+def settled(hand, n_synergies, loads, direction=(0.0, 1.0, 0.0), radius=0.03):
+    problem = gp.GraspProblem(hand, gp.Cylinder(radius=radius), (gp.force_task(direction),), n_synergies, loads=loads)
+    grasp = optimum_near(gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1)))
+    assert grasp.feasible
+    return grasp
+
+
+@pytest.fixture(scope="module")
+def plain(right):
+    """The optimum of the paper's problem with three synergies."""
+    return settled(right, 3, gp.LoadCases.off())
+
+
+def check_against_solving_anew(grasp, names):
+    """Compare dF*/dp and dz*/dp with central differences of optima solved anew, well inside the validity radius."""
+    parameters = {parameter.name: parameter for parameter in parameters_of(grasp)}
+    found = post_optimality(grasp, [parameters[name] for name in names])
+    assert found.stationarity < 1e-8
+    for sensitivity in found.sensitivities:
+        parameter = parameters[sensitivity.name]
+        step = min(0.2 * sensitivity.up, 0.2 * sensitivity.down, 0.01 * parameter.scale)
+        assert step > 0.0
+        sides = [optimum_near(replace(found.grasp, problem=parameter.apply(sign * step))) for sign in (1, -1)]
+        force = (sides[0].force_norm - sides[1].force_norm) / (2 * step)
+        objective = (sides[0].objective - sides[1].objective) / (2 * step)
+        assert sensitivity.d_force_norm == pytest.approx(force, rel=0.05), sensitivity.name
+        assert sensitivity.d_objective == pytest.approx(objective, rel=0.05), sensitivity.name
+    return found
+
+
+def test_three_synergies_answer_as_predicted(plain):
+    found = check_against_solving_anew(plain, ["friction μ", "mass", "object rx"])
+    assert found.sensitivity("friction μ").d_force_norm < 0.0, "more friction, less force"
+    assert found.sensitivity("mass").d_force_norm > 0.0
+    assert found.curvature > 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("n_synergies", "loads"),
+    [(3, gp.LoadCases()), (15, gp.LoadCases()), (15, gp.LoadCases.off())],
+    ids=["3, loads", "15, loads", "15, paper"],
+)
+def test_optima_answer_as_predicted(right, n_synergies, loads):
+    names = ["friction μ", "mass", "object size", "object rx"]
+    if loads.active:
+        names.append("joint compliance")
+    check_against_solving_anew(settled(right, n_synergies, loads), names)
+
+
+def test_the_posture_answers_as_predicted(plain):
+    mass = next(parameter for parameter in parameters_of(plain) if parameter.name == "mass")
+    sensitivity = post_optimality(plain, [mass]).sensitivities[0]
+    step = 1e-3
+    after = optimum_near(replace(plain, problem=mass.apply(step)))
+    moved = (after.joint_angles - plain.joint_angles) / step
+    np.testing.assert_allclose(sensitivity.d_joint_angles, moved, atol=0.05 * np.abs(moved).max())
+
+
+def test_beyond_the_validity_radius_the_active_set_has_changed(plain):
+    friction = next(parameter for parameter in parameters_of(plain) if parameter.name == "friction μ")
+    first = post_optimality(plain, [friction])
+    radius = first.sensitivities[0].up
+    assert "becomes active" in first.sensitivities[0].ends_up or "stops" in first.sensitivities[0].ends_up
+    names = {name for name, _ in first.active}
+
+    def active_after(step):
+        moved = optimum_near(replace(first.grasp, problem=friction.apply(step)))
+        return {name for name, _ in post_optimality(moved, []).active}
+
+    assert active_after(0.2 * radius) == names
+    assert active_after(2.0 * radius) != names
+
+
+def test_turning_the_object_about_its_axis_of_symmetry_changes_nothing(plain):
+    turned = [parameter for parameter in parameters_of(plain) if parameter.name == "object rz"]
+    sensitivity = post_optimality(plain, turned).sensitivities[0]
+    assert abs(sensitivity.d_force_norm) < 1e-6
+    np.testing.assert_allclose(sensitivity.d_joint_angles, 0.0, atol=1e-6)
+
+
+def test_with_few_motors_the_hand_cannot_follow_with_its_palm_held(plain):
+    moved = [parameter for parameter in parameters_of(plain) if parameter.name == "object y (palm held)"]
+    sensitivity = post_optimality(plain, moved).sensitivities[0]
+    assert not sensitivity.follows
+    assert np.isnan(sensitivity.d_force_norm)
+    assert sensitivity.up == 0.0
+
+
+@pytest.fixture(scope="module")
+def held(right):
+    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, loads=gp.LoadCases(force=0.5))
+    return gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+
+
+def test_at_its_tolerance_a_contact_starts_to_slip(held):
+    series = series_stiffness(held.hand_jacobian, 0.1, 1e5)
+    for tolerance, axis in zip(gp.pose_tolerances(held), np.eye(6), strict=True):
+        for motion, gives_way in (
+            (tolerance.up * axis, tolerance.gives_way_up),
+            (-tolerance.down * axis, tolerance.gives_way_down),
+        ):
+            assert np.abs(motion).max() > 0.0
+            forces = case_forces(held.forces, series @ held.grasp_matrix.T, motion[None])[0]
+            slack = gp.friction_margins(forces, held.contacts.normals, 0.8)
+            assert slack.min() > -1e-9
+            if gives_way.startswith("friction"):
+                names = [frame.name for frame in held.problem.frames]
+                assert names[int(np.argmin(slack))] == gives_way.removeprefix("friction at ")
+                assert slack.min() == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_improvement_withstands_more_within_its_budget(right):
+    plain = gp.plan_grasp(gp.GraspProblem(right, gp.Cylinder(), n_synergies=5), options=gp.PlannerOptions(enough=1))
+    improved = gp.improve_grasp(plain, budget=0.5, trials=5)
+    assert improved.after.feasible
+    assert improved.after.margins.passive.size > plain.margins.passive.size + 0.1
+    assert improved.after.force_norm <= 1.5 * plain.force_norm + 1e-5
+    narrow, wide = (min(min(t.up, t.down) for t in gp.pose_tolerances(g)) for g in (plain, improved.after))
+    assert wide > narrow
+
+
+def test_only_feasible_grasps_are_improved(planned):
+    broken = gp.Grasp(planned.problem, planned.joint_angles, planned.palm_pose, 0 * planned.delta_sigma)
+    with pytest.raises(gp.InvalidValueError, match="feasible"):
+        gp.improve_grasp(broken)

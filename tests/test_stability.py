@@ -1,0 +1,123 @@
+"""The stiffness of a grasp against differences of the equilibrium itself, solved anew for a moved object."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.optimize import fsolve
+
+import grasp_planner as gp
+from grasp_planner.compliance import series_stiffness
+from grasp_planner.spatial import rotation_between
+from tests.finite_differences import central_differences
+
+LINK_KINDS = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
+
+
+def tip_rotations(problem, q, palm):
+    """Return the rotations of the contact frames in O."""
+    hand, data = problem.hand, problem.hand.model.createData()
+    pin.framesForwardKinematics(hand.model, data, hand.full_configuration(q))
+    root = palm * hand.palm_in_root.inverse()
+    return [np.array((root * data.oMf[frame.frame_id]).rotation) for frame in problem.frames]
+
+
+def equilibrium(grasp, twist):
+    """Return the wrench of the hand on the object, in space about its centre, after a motion of the object.
+
+    Point tips: springs between points fixed on finger and object. Round tips roll: the point of contact and the
+    normal follow the relative rotation on the object's real surface.
+    """
+    problem, forces = grasp.problem, grasp.forces
+    moved = pin.SE3(pin.exp3(twist[3:]), np.array(twist[:3]))
+    palm = moved.inverse() * grasp.palm_pose
+    radii, points, normals = problem.radii, grasp.contacts.points, grasp.contacts.normals
+    centres = points - radii[:, None] * normals
+    before = tip_rotations(problem, grasp.joint_angles, grasp.palm_pose)
+    stiffness = problem.parameters.contact_stiffness
+    reference = grasp.joint_angles + problem.joint_compliance * grasp.joint_torques
+
+    def contact(q):
+        tips = gp.fingertip_positions(problem.hand, problem.frames, q, palm)
+        turns = [after @ first.T for after, first in zip(tip_rotations(problem, q, palm), before, strict=True)]
+        touching = np.array([p + r @ a for p, r, a in zip(tips, turns, points - centres, strict=True)])
+        rolled = np.array([p + (r - np.eye(3)) @ (p - c) for p, r, c in zip(centres, turns, points, strict=True)])
+        found = gp.find_contacts(rolled, radii, problem.grasp_object)
+        force = np.array([rotation_between(n, m) @ f for n, m, f in zip(normals, found.normals, forces, strict=True)])
+        if not radii.any():
+            force = forces
+        slip = np.where(radii[:, None] > 0.0, found.points - points, 0.0)
+        return force + stiffness * (touching - points), touching + slip
+
+    def imbalance(q):
+        force, where = contact(q)
+        jacobian = gp.hand_jacobian(problem.hand, problem.frames, q, palm, where)
+        return q - reference + problem.joint_compliance * (jacobian.T @ force.ravel())
+
+    q = fsolve(imbalance, grasp.joint_angles, full_output=True, xtol=1e-14)[0]
+    assert np.abs(imbalance(q)).max() < 1e-10
+    force, where = contact(q)
+    rotation = np.array(moved.rotation)
+    return np.concatenate([rotation @ force.sum(axis=0), rotation @ np.cross(where, force).sum(axis=0)])
+
+
+def planned_with(hand, grasp_object, contact_set, n_synergies=8):
+    problem = gp.GraspProblem(
+        hand, grasp_object, n_synergies=n_synergies, contact_set=contact_set, loads=gp.LoadCases()
+    )
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    assert grasp.feasible
+    return grasp
+
+
+CASES = {
+    "point, cylinder": ("point", gp.Cylinder()),
+    "point, sphere": ("point", gp.Sphere(radius=0.035)),
+    "round, sphere": ("sphere", gp.Sphere(radius=0.035)),
+    "round, cylinder": ("sphere", gp.Cylinder()),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_stiffness_is_the_derivative_of_the_equilibrium(right, case):
+    contact_set, grasp_object = CASES[case]
+    grasp = planned_with(right, grasp_object, contact_set)
+    numeric = -central_differences(lambda nu: equilibrium(grasp, nu), np.zeros(6), np.repeat([2e-6, 1e-4], 3))
+    found = grasp.stability.stiffness
+    scale = np.repeat([1.0, 1.0 / grasp.stability.length], 3)
+    size = np.abs(scale[:, None] * numeric * scale).max()
+    assert np.abs(scale[:, None] * (found - numeric) * scale).max() < 1e-5 * size
+    passive = series_stiffness(grasp.hand_jacobian, 0.1, 1e5)
+    preload = found - grasp.grasp_matrix @ passive @ grasp.grasp_matrix.T
+    assert np.abs(scale[:, None] * preload * scale).max() > 5e-4 * size, "the preload matters"
+    symmetric = scale[:, None] * (0.5 * (numeric + numeric.T)) * scale
+    assert grasp.stability.smallest == pytest.approx(np.linalg.eigvalsh(symmetric)[0], rel=1e-2)
+
+
+def test_with_point_tips_the_springs_have_a_potential(right):
+    """The wrench with the weight is zero, so that the stiffness is a Hessian: symmetric."""
+    stiffness = planned_with(right, gp.Cylinder(), "point").stability.stiffness
+    np.testing.assert_allclose(stiffness, stiffness.T, atol=1e-6 * np.abs(stiffness).max())
+
+
+def test_without_preload_it_is_the_passive_stiffness(planned):
+    problem = replace(planned.problem, grasp_object=replace(planned.problem.grasp_object, mass=1e-12))
+    loose = gp.Grasp(problem, planned.joint_angles, planned.palm_pose, np.zeros(problem.n_synergies))
+    assert np.abs(loose.forces).max() < 1e-9
+    passive = series_stiffness(loose.hand_jacobian, problem.joint_compliance, 1e5)
+    expected = loose.grasp_matrix @ passive @ loose.grasp_matrix.T
+    np.testing.assert_allclose(loose.stability.stiffness, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
+    assert loose.stability.smallest == pytest.approx(loose.stability.without_preload, rel=1e-6)
+
+
+def test_squeezing_soft_fingers_hard_makes_a_grasp_unstable(right):
+    """The preload grows with δσ while the springs stay as they are: there is a squeeze that is too much."""
+    grasp = planned_with(right, gp.Cylinder(), "point")
+    assert grasp.stability.stable
+    found = [
+        gp.Grasp(grasp.problem, grasp.joint_angles, grasp.palm_pose, factor * grasp.delta_sigma).stability
+        for factor in (1.0, 3.0, 10.0, 100.0, 1000.0)
+    ]
+    assert not found[-1].stable
+    assert found[-1].text.startswith("UNSTABLE")
