@@ -111,7 +111,7 @@ def show_plan(camera: Camera) -> None:
     """Take a search while it runs, its ranked results, and the widgets of the problem."""
     viewer, first = camera.viewer, camera.viewer.session.grasp
     plan = viewer.plan
-    plan.enough.value, plan.starts.value = 3, 60
+    plan.enough.value, plan.starts.value = 3, 8
     plan.from_here.value = True
     camera.page.get_by_role("tab", name="Plan", exact=True).click()
     plan.plan.value = True
@@ -128,7 +128,7 @@ def show_plan(camera: Camera) -> None:
 def show_preset(camera: Camera) -> None:
     """Take a figure of the paper: one synergy, whose ellipsoid is two plates."""
     plan = camera.viewer.plan
-    plan.enough.value, plan.starts.value = 1, 60
+    plan.starts.value = 60
     plan.preset.value = "1 synergy, push along y"
     plan.show_preset.value = True
     wait_for(lambda: camera.viewer.planning.busy)
@@ -140,12 +140,12 @@ def show_preset(camera: Camera) -> None:
 def show_drawings(camera: Camera) -> None:
     """Take all that can be drawn: q_r as a ghost, torques, normals, names."""
     boxes = camera.viewer.display.boxes
-    for name in ("reference_ghost", "torques", "normals", "labels"):
+    for name in ("reference_ghost", "torques", "normals", "labels", "margin"):
         boxes[name].value = True
     for name in ("force_ellipsoid", "cones"):
         boxes[name].value = False
     camera.take("drawings", tab="View")
-    for name in ("reference_ghost", "torques", "normals", "labels"):
+    for name in ("reference_ghost", "torques", "normals", "labels", "margin"):
         boxes[name].value = False
     for name in ("force_ellipsoid", "cones"):
         boxes[name].value = True

@@ -14,15 +14,15 @@ BY_SYNERGIES = {
     1: "One motor command moves all fingers together. So the ellipsoid has no end in some directions (it is drawn "
     "cut open): there the hand resists with its structure and not with its motor.",
     2: "Two motor commands. The ellipsoid still has no end in some directions; there the motors can do nothing.",
-    3: "Three motor commands, the fewest with which the ellipsoid is closed: it is long near the task, as far as three "
-    "synergies can turn it.",
+    3: "Three motor commands, the fewest with which the ellipsoid ends in every direction; its long axis comes near the "
+    "task.",
     15: "Every joint has its own motor: compare with three to see what the coupling costs in force and angle.",
 }
 """What a figure shows, by its number of synergies."""
 BY_RATIO = {
     1e-9: "Almost only the task counts: the long axis of the ellipsoid comes as near to the green arrow as the search "
     "finds, whatever the force.",
-    1e-6: "Both count: the angle stays small and the forces are lower.",
+    1e-6: "Both count: the angle hardly grows, and the forces are lower.",
     1.0: "Almost only low force counts: the ellipsoid may lie across the task.",
 }
 """What a figure shows, by its ratio of weights w_F/w_C."""
