@@ -119,6 +119,7 @@ def show_plan(camera: Camera) -> None:
     camera.page.wait_for_timeout(700)
     camera.take("planning", wait=False)
     wait_for(lambda: not viewer.planning.busy, 240.0)
+    viewer.display.look.value = True
     camera.take("plan")
     camera.take("problem", scroll=1.0)
     plan.from_here.value = False

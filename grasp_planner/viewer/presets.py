@@ -14,8 +14,8 @@ BY_SYNERGIES = {
     1: "One motor command moves all fingers together. So the ellipsoid has no end in some directions (it is drawn "
     "cut open): there the hand resists with its structure and not with its motor.",
     2: "Two motor commands. The ellipsoid still has no end in some directions; there the motors can do nothing.",
-    3: "Three motor commands, the fewest with which the ellipsoid ends in every direction; its long axis comes near the "
-    "task.",
+    3: "Three motor commands, the fewest with which the ellipsoid ends in every direction; its long axis comes "
+    "near the task.",
     15: "Every joint has its own motor: compare with three to see what the coupling costs in force and angle.",
 }
 """What a figure shows, by its number of synergies."""
