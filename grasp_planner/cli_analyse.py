@@ -15,7 +15,7 @@ from .analysis_record import analysis_record
 from .cli_margins import margin_rows, new_table
 from .cli_output import write_text
 from .grasp import Grasp
-from .improve import Improvement, improve_grasp
+from .improve import GOALS, Goal, Improvement, improve_grasp, withstood
 from .post_optimality import PostOptimality, Sensitivity, post_optimality
 from .record import grasp_from_record, grasp_json, read_grasp_record
 from .tolerance import pose_tolerances
@@ -23,6 +23,8 @@ from .tolerance import pose_tolerances
 SETTLED = 1e-6
 """Relative gradient of the Lagrangian up to which an optimum counts as one."""
 EXIT_NOT_BETTER = 3
+UNITS: dict[Goal, tuple[float, str]] = {"force": (1.0, "N"), "position": (1e3, "mm"), "rotation": (180 / math.pi, "°")}
+"""How disturbances are printed."""
 
 FILE = click.argument("file", type=click.Path(path_type=Path))
 OUT = click.Path(path_type=Path, allow_dash=True)
@@ -54,11 +56,18 @@ def analyse(file: Path, json_file: Path | None, sensitivity: bool) -> None:
 
 @click.command()
 @FILE
+@click.option(
+    "--goal",
+    type=click.Choice(GOALS),
+    default="force",
+    show_default=True,
+    help="What to withstand more of: a disturbing force, or an object that is off in position or rotation.",
+)
 @click.option("--budget", type=float, default=0.2, show_default=True, help="How much larger F may become, relative.")
 @click.option("--trials", type=int, default=8, show_default=True, help="Most plans.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the random starts.")
 @click.option("--out", type=OUT, default=None, help="Write the better grasp as JSON; - for standard output.")
-def improve(file: Path, budget: float, trials: int, seed: int, out: Path | None) -> None:
+def improve(file: Path, goal: Goal, budget: float, trials: int, seed: int, out: Path | None) -> None:
     """Plan anew from a grasp, within a budget of grasping force, so that it withstands more.
 
     FILE is a grasp of `plan --json`. Exit code 0: a better grasp; 3: none was found.
@@ -66,7 +75,7 @@ def improve(file: Path, budget: float, trials: int, seed: int, out: Path | None)
     grasp = grasp_from_record(read_grasp_record(file))
     console = Console(stderr=str(out) == "-")
     with console.status("planning anew …"):
-        found = improve_grasp(grasp, budget=budget, trials=trials, seed=seed)
+        found = improve_grasp(grasp, goal=goal, budget=budget, trials=trials, seed=seed)
     console.print(_trial_table(found))
     console.print(_comparison(found))
     better = found.after is not grasp
@@ -131,10 +140,12 @@ def _sensitivity_cells(entry: Sensitivity) -> tuple[str, ...]:
 def _trial_table(found: Improvement) -> Table:
     """Return the trials of an improvement."""
     title = f"trials with F ≤ {(1 + found.budget) * found.before.force_norm:.4g} N"
-    table = new_table(title, ("disturbance \\[N]", "found", "F \\[N]", "C"))
+    factor, unit = UNITS[found.goal]
+    table = new_table(title, (f"{found.goal} \\[{unit}]", "found", "F \\[N]", "C"))
     for step in found.steps:
         verdict = "yes" if step.feasible else "no"
-        table.add_row(f"{step.force:.3g}", verdict, f"{step.force_norm:.4f}", f"{step.task_index:.4g}")
+        amount = f"{factor * step.disturbance:.3g}"
+        table.add_row(amount, verdict, f"{step.force_norm:.4f}", f"{step.task_index:.4g}")
     return table
 
 
@@ -147,15 +158,9 @@ def _comparison(found: Improvement) -> Table:
         "C": (before.task_index, after.task_index),
         "margin, worst [N]": (before.margins.passive.size, after.margins.passive.size),
         "re-squeezed [N]": (before.margins.active.size, after.margins.active.size),
-        "tolerance, least shift [mm]": (_least(before, "m"), _least(after, "m")),
-        "tolerance, least turn [°]": (_least(before, "rad"), _least(after, "rad")),
+        "least shift withstood [mm]": (1e3 * withstood(before, "position"), 1e3 * withstood(after, "position")),
+        "least turn withstood [°]": tuple(math.degrees(withstood(g, "rotation")) for g in (before, after)),
     }
     for name, (old, new) in rows.items():
         table.add_row(name.replace("[", "\\["), f"{old:.4g}", f"{new:.4g}")
     return table
-
-
-def _least(grasp: Grasp, unit: str) -> float:
-    """Return the least tolerance of the shifts [mm] or of the turns [°]."""
-    factor = 1e3 if unit == "m" else 180.0 / math.pi
-    return factor * min(min(t.down, t.up) for t in pose_tolerances(grasp) if t.unit == unit)

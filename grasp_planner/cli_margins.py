@@ -32,11 +32,14 @@ def loads_text(grasp: Grasp) -> str:
     loads = grasp.problem.loads
     if not loads.active:
         return "none: only the nominal load"
-    parts = [
-        f"{amount:g} {unit}"
-        for amount, unit in ((loads.force, "N"), (loads.torque, "N m"), (loads.acceleration, "m/s²"))
-        if amount
-    ]
+    amounts = (
+        (loads.force, "N"),
+        (loads.torque, "N m"),
+        (loads.acceleration, "m/s²"),
+        (1e3 * loads.position_error, "mm"),
+        (math.degrees(loads.rotation_error), "°"),
+    )
+    parts = [f"{amount:.3g} {unit}" for amount, unit in amounts if amount]
     parts += [f"{len(loads.wrenches)} wrenches"] * bool(loads.wrenches)
     parts += [f"μ/{loads.friction_safety:g}", f"f_n ≥ {loads.min_normal_force:g} N"]
     if math.isfinite(grasp.problem.max_normal_force):

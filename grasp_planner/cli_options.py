@@ -26,8 +26,8 @@ CLEARANCES = ("links", "joint-centres", "none")
 
 DEFAULT_OBJECT = "cylinder:radius=0.03,height=0.15,mass=0.2"
 
-PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 5, 3
-"""Number of synergies if none is given: with links that keep clear and load cases three rarely suffice."""
+PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 8, 3
+"""Number of synergies if none is given: with links that keep clear and load cases few rarely suffice."""
 
 GRASP_OPTIONS = (
     click.option(

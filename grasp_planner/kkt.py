@@ -22,6 +22,8 @@ HESSIAN_STEP = 1e-5
 """Step of the central differences of gradients, in scaled variables of order one."""
 ACTIVE = 1e-6
 """Residual below which an inequality may be active."""
+SETTLED_STEP = 1e-10
+"""Step, in scaled variables, below which nothing more is gained."""
 POSITIVE = 1e-9
 """Multipliers below this, relative to the gradient of the objective, count as zero."""
 FLAT = 1e-10
@@ -112,7 +114,8 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = 80, tolerance: 
             reach = 2.0 * reach if size > 0.9 * reach else reach
             used = np.flatnonzero(multipliers)
             slope = np.abs(lagrangian_gradient(point, used, multipliers[used])).max()
-            if max(slope, point.violation.max(initial=0.0)) < tolerance * np.abs(point.gradient).max():
+            left = max(slope, point.violation.max(initial=0.0)) / np.abs(point.gradient).max()
+            if left < tolerance or size < SETTLED_STEP:
                 break
         else:
             reach = 0.25 * min(reach, size)

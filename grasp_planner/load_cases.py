@@ -34,16 +34,19 @@ def sphere_directions(*, edges: bool = False) -> Array:
 class LoadCases:
     """Disturbances Δw of the external wrench that the grasp has to withstand, one at a time, and its limits.
 
-    The hand answers passively, f_k = f − G_K^R Δw_k. In every case forces lie in the cones of μ/s, normal forces
-    between their limits, joint torques within theirs. Friction is held at 14 directions of each sphere (and, the
-    cones being convex, on their hull, which contains the sphere of 0.8 of the radius); the linear limits hold on
-    the whole spheres, exactly.
+    The hand answers passively, f_k = f − G_K^R Δw_k, or f − K Gᵀ ν_k to a displaced object. In every case forces lie
+    in the cones of μ/s, normal forces between their limits, joint torques within theirs. Friction is held at 14
+    directions of each sphere (and, the cones being convex, on their hull, which contains the sphere of 0.8 of the
+    radius); the linear limits hold on the whole spheres, exactly.
 
     Attributes:
         force: Radius of the sphere of disturbing forces at the object's centre [N].
         torque: Radius of the sphere of disturbing torques [N m].
         acceleration: Acceleration of the object in any direction [m/s²]: a sphere of forces of radius mass times
             acceleration; of the two spheres of forces the larger one counts.
+        position_error: Radius of the sphere of shifts of the object, the palm and the references held, its support
+            keeping it where it is [m].
+        rotation_error: The same for turns about its centre [rad].
         wrenches: Further disturbances in O [N, N m], each of six numbers.
         friction_safety: s ≥ 1: the cones are those of μ/s, in the nominal case too.
         min_normal_force: Least normal force of every contact in every case [N].
@@ -55,6 +58,8 @@ class LoadCases:
     force: float = 1.0
     torque: float = 0.0
     acceleration: float = 0.0
+    position_error: float = 0.0
+    rotation_error: float = 0.0
     wrenches: tuple[tuple[float, ...], ...] = ()
     friction_safety: float = 1.2
     min_normal_force: float = 0.1
@@ -66,6 +71,8 @@ class LoadCases:
         positive("load force", self.force, zero_allowed=True, unit="N")
         positive("load torque", self.torque, zero_allowed=True, unit="N m")
         positive("load acceleration", self.acceleration, zero_allowed=True, unit="m/s²")
+        positive("position_error", self.position_error, zero_allowed=True, unit="m")
+        positive("rotation_error", self.rotation_error, zero_allowed=True, unit="rad")
         if not positive("friction_safety", self.friction_safety) >= 1.0:
             raise InvalidValueError("friction_safety", self.friction_safety, "at least 1")
         positive("min_normal_force", self.min_normal_force, zero_allowed=True, unit="N")
@@ -93,17 +100,30 @@ class LoadCases:
     @property
     def disturbed(self) -> bool:
         """Whether there is any disturbance, so that the answer of the hand matters."""
-        return bool(self.force or self.torque or self.acceleration or self.wrenches)
+        return bool(self.force or self.torque or self.acceleration or self.wrenches or self.displaced)
+
+    @property
+    def displaced(self) -> bool:
+        """Whether the object may be displaced: disturbances then have a twist ν behind the wrench Δw."""
+        return bool(self.position_error or self.rotation_error)
+
+    @property
+    def size(self) -> int:
+        """Length of a disturbance: 6, or 12 where the object may be displaced."""
+        return 12 if self.displaced else 6
 
     def spheres(self, mass: float) -> tuple[tuple[slice, float], ...]:
-        """Return the spheres of disturbances: which part of the wrench (force, torque), and the radius [N, N m]."""
+        """Return the spheres of disturbances: which part of (Δw, ν), and the radius [N, N m, m, rad]."""
         force = max(self.force, self.acceleration * mass)
-        parts = ((slice(0, 3), force), (slice(3, 6), self.torque))
+        radii = (force, self.torque, self.position_error, self.rotation_error)
+        parts = tuple((slice(3 * k, 3 * k + 3), radius) for k, radius in enumerate(radii))
         return tuple((part, radius) for part, radius in parts if radius > 0.0)
 
     def listed(self) -> Array:
-        """Return the nominal case, Δw = 0, and the listed disturbances in O [N, N m], of shape (1 + n, 6)."""
-        return np.vstack([np.zeros((1, 6)), np.reshape(self.wrenches, (-1, 6))])
+        """Return the nominal case, zero, and the listed disturbances in O [N, N m], of shape (1 + n, 6 or 12)."""
+        rows = np.zeros((1 + len(self.wrenches), self.size))
+        rows[1:, :6] = np.reshape(self.wrenches, (-1, 6))
+        return rows
 
     def cases(self, mass: float) -> Array:
         """Return all load cases: none, the listed ones, 14 of each sphere.
@@ -112,11 +132,11 @@ class LoadCases:
             mass: Mass of the object [kg].
 
         Returns:
-            Δw in O [N, N m], of shape (n_k, 6).
+            Δw in O [N, N m] and, where the object may be displaced, ν [m, rad], of shape (n_k, 6 or 12).
         """
         blocks = [self.listed()]
         for part, radius in self.spheres(mass):
-            block = np.zeros((14, 6))
+            block = np.zeros((14, self.size))
             block[:, part] = radius * sphere_directions()
             blocks.append(block)
         return readonly(np.vstack(blocks))

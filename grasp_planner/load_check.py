@@ -25,13 +25,27 @@ def response_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Arr
     return weighted_right_inverse(grasp, stiffness)
 
 
+def displacement_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
+    """Return K Gᵀ of the stiffness of hand and contacts in series.
+
+    Args:
+        problem: The problem.
+        grasp: G, of shape (6, 3 n_c).
+        jacobian: J [m/rad], of shape (3 n_c, n_q).
+
+    Returns:
+        K Gᵀ, of shape (3 n_c, 6): a twist ν of the object, palm and references held, changes f by −K Gᵀ ν.
+    """
+    return series_stiffness(jacobian, problem.joint_compliance, problem.parameters.contact_stiffness) @ grasp.T
+
+
 def case_forces(forces: Array, response: Array, cases: Array) -> Array:
     """Return the contact forces f − R Δw_k of load cases [N], of shape (n_k, n_c, 3).
 
     Args:
         forces: Nominal f [N], of shape (n_c, 3).
-        response: R, of shape (3 n_c, 6).
-        cases: Δw_k in O [N, N m], of shape (n_k, 6).
+        response: R, of shape (3 n_c, 6), or with K Gᵀ behind it (3 n_c, 12).
+        cases: Δw_k in O [N, N m], of shape (n_k, 6), or with ν_k behind it (n_k, 12).
     """
     return forces - (cases @ response.T).reshape(len(cases), -1, 3)
 
@@ -57,9 +71,11 @@ def load_violations(
     response: Array = np.zeros((forces.size, 6))
     if loads.disturbed:
         response = response_matrix(problem, grasp, jacobian)
+    if loads.displaced:
+        response = np.hstack([response, displacement_matrix(problem, grasp, jacobian)])
     friction = problem.parameters.friction / loads.friction_safety
     cones = [friction_margins(f, normals, friction).min() for f in case_forces(forces, response, loads.cases(mass))]
-    rows = np.einsum("ij,ijk->ik", normals, response.reshape(len(normals), 3, 6))
+    rows = np.einsum("ij,ijk->ik", normals, response.reshape(len(normals), 3, -1))
     low, high = _extremes(problem, normal_forces(forces, normals), rows)
     found = {
         "load_friction_n": -min(cones),

@@ -42,13 +42,13 @@ class LoadState:
 
 @dataclass(frozen=True)
 class PassiveResponse:
-    """R = G_K^R with the stiffness of hand and contacts in series: a disturbance Δw changes the forces by −R Δw.
+    """What disturbances do: forces change by −R d, R = G_K^R or (G_K^R, K Gᵀ), K hand and contacts in series.
 
     Attributes:
-        matrix: R, of shape (m, 6).
-        derivative: ∂R by (q, w), of shape (m, 6, n_g).
-        torques: Jᵀ R, of shape (n_q, 6).
-        d_torques: ∂(Jᵀ R) by (q, w), of shape (n_q, 6, n_g).
+        matrix: R, of shape (m, 6 or 12).
+        derivative: ∂R by (q, w), of shape (m, 6 or 12, n_g).
+        torques: Jᵀ R, of shape (n_q, 6 or 12).
+        d_torques: ∂(Jᵀ R) by (q, w), of shape (n_q, 6 or 12, n_g).
     """
 
     matrix: Array
@@ -57,16 +57,19 @@ class PassiveResponse:
     d_torques: Array
 
 
-def passive_response(geometry: ContactGeometry, joint_compliance: Array, contact_stiffness: float) -> PassiveResponse:
+def passive_response(
+    geometry: ContactGeometry, joint_compliance: Array, contact_stiffness: float, *, displaced: bool = False
+) -> PassiveResponse:
     """Return the passive answer of the hand with its derivatives.
 
-    R = K Gᵀ (G K Gᵀ)⁻¹ with K = (1/K_c + J C_q Jᵀ)⁻¹. With Λ = (G K Gᵀ)⁻¹ and B = K (dGᵀ Λ − d(J C_q Jᵀ) R):
-    dR = B − K Gᵀ Λ (dG R + G B).
+    R = K Gᵀ Λ with K = (1/K_c + J C_q Jᵀ)⁻¹. To a wrench Λ = (G K Gᵀ)⁻¹, and with B = K (dGᵀ Λ − d(J C_q Jᵀ) R):
+    dR = B − K Gᵀ Λ (dG R + G B). To a displacement Λ is the identity and dR = B.
 
     Args:
         geometry: Contacts with derivatives.
         joint_compliance: C_q [rad/(N m)], of shape (n_q,).
         contact_stiffness: K_c [N/m].
+        displaced: Whether to append the answer to displacements of the object.
 
     Returns:
         R, Jᵀ R and their derivatives.
@@ -78,21 +81,26 @@ def passive_response(geometry: ContactGeometry, joint_compliance: Array, contact
     compliance.ravel()[:: m + 1] += 1.0 / contact_stiffness
     stiffness = np.linalg.inv(compliance)
     spread = stiffness @ grasp.T
-    core = np.linalg.inv(grasp @ spread)  # Λ
+    core = np.linalg.inv(grasp @ spread)
+    if displaced:
+        core = np.hstack([core, np.eye(6)])  # Λ
     matrix = spread @ core
     torques = jacobian.T @ matrix
+    size = matrix.shape[1]
 
-    # Third axis of what follows: the six unit disturbances; second: the variables.
-    by_torque = (d_jacobian.reshape(-1, n_q) @ (joint_compliance[:, None] * torques)).reshape(n_g, m, 6)
-    turned = np.matmul(d_jacobian.transpose(0, 2, 1), matrix)  # dJᵀ R, (n_g, n_q, 6)
+    # Third axis of what follows: the unit disturbances; second: the variables.
+    by_torque = (d_jacobian.reshape(-1, n_q) @ (joint_compliance[:, None] * torques)).reshape(n_g, m, size)
+    turned = np.matmul(d_jacobian.transpose(0, 2, 1), matrix)  # dJᵀ R, (n_g, n_q, size)
     arms = skew(geometry.d_points.transpose(2, 0, 1)).transpose(0, 2, 1, 3).reshape(n_g, 3, m)  # lower half of dG
     free = np.matmul(arms.transpose(0, 2, 1), core[3:]) - by_torque - np.matmul(soft, turned)
     inner = stiffness @ free.transpose(1, 0, 2).reshape(m, -1)  # B
     right = grasp @ inner
     right[3:] += np.matmul(arms, matrix).transpose(1, 0, 2).reshape(3, -1)
-    change = (inner - matrix @ right).reshape(m, n_g, 6)
+    if displaced:  # G R stays the identity for wrenches only
+        right.reshape(6, n_g, size)[:, :, 6:] = 0.0
+    change = (inner - matrix[:, :6] @ right).reshape(m, n_g, size)
     derivative = np.ascontiguousarray(change.transpose(0, 2, 1))
-    d_torques = turned.transpose(1, 2, 0) + (jacobian.T @ derivative.reshape(m, -1)).reshape(n_q, 6, n_g)
+    d_torques = turned.transpose(1, 2, 0) + (jacobian.T @ derivative.reshape(m, -1)).reshape(n_q, size, n_g)
     return PassiveResponse(matrix, derivative, torques, d_torques)
 
 
@@ -130,9 +138,10 @@ class LoadEvaluator:
 
     def _response(self, geometry: ContactGeometry) -> PassiveResponse:
         """Return the passive answer, or zeros where nothing disturbs."""
-        problem = self.problem
-        if problem.loads.disturbed:
-            return passive_response(geometry, problem.joint_compliance, problem.parameters.contact_stiffness)
+        problem, loads = self.problem, self.problem.loads
+        if loads.disturbed:
+            stiffness = problem.parameters.contact_stiffness
+            return passive_response(geometry, problem.joint_compliance, stiffness, displaced=loads.displaced)
         n_g, m, n_q = geometry.d_jacobian.shape
         return PassiveResponse(np.zeros((m, 6)), np.zeros((m, 6, n_g)), np.zeros((n_q, 6)), np.zeros((n_q, 6, n_g)))
 
@@ -144,15 +153,15 @@ class LoadEvaluator:
         n_c, n_k = len(normals), len(cases)
         n_x, n_g = d_forces.shape[1], geometry.d_normals.shape[2]
         # Contact first: (n_c, n_k, 3).
-        each = forces.reshape(n_c, 1, 3) - (response.matrix.reshape(n_c, 3, 6) @ cases.T).transpose(0, 2, 1)
+        each = forces.reshape(n_c, 1, 3) - (response.matrix.reshape(n_c, 3, -1) @ cases.T).transpose(0, 2, 1)
         normal = (each @ normals[:, :, None])[:, :, 0]
         tangential = each - normal[:, :, None] * normals[:, None, :]
         length = np.sqrt(np.einsum("ikj,ikj->ik", tangential, tangential) + CONE_SMOOTHING**2)
         by_force = friction * normals[:, None, :] - tangential / length[:, :, None]
         by_normal = (friction + normal / length)[:, :, None] * each
-        by_response = -(by_force[:, :, :, None] * cases[None, :, None, :]).reshape(n_c, n_k, 18)
+        by_response = -(by_force[:, :, :, None] * cases[None, :, None, :]).reshape(n_c, n_k, -1)
         derivative = by_force @ d_forces.reshape(n_c, 3, n_x)
-        moving = np.concatenate([geometry.d_normals, response.derivative.reshape(n_c, 18, n_g)], axis=1)
+        moving = np.concatenate([geometry.d_normals, response.derivative.reshape(n_c, -1, n_g)], axis=1)
         derivative[:, :, :n_g] += np.concatenate([by_normal, by_response], axis=2) @ moving
         return (friction * normal - length).ravel(), derivative.reshape(n_c * n_k, n_x)
 
@@ -166,9 +175,9 @@ class LoadEvaluator:
         value = (row @ forces.reshape(n_c, 3, 1))[:, 0, 0]
         slope = (row @ d_forces.reshape(n_c, 3, -1))[:, 0]
         slope[:, :n_g] += (forces.reshape(n_c, 1, 3) @ d_normals)[:, 0]
-        matrix = response.matrix.reshape(n_c, 3, 6)
+        matrix = response.matrix.reshape(n_c, 3, -1)
         answer = (row @ matrix)[:, 0]
-        d_answer = (row @ response.derivative.reshape(n_c, 3, 6 * n_g)).reshape(n_c, 6, n_g)
+        d_answer = (row @ response.derivative.reshape(n_c, 3, -1)).reshape(n_c, -1, n_g)
         d_answer += matrix.transpose(0, 2, 1) @ d_normals
         low, high = self._worst(value, slope, answer, d_answer)
         rows, slopes = [low[0] - self.problem.loads.min_normal_force], [low[1]]
@@ -196,8 +205,8 @@ class LoadEvaluator:
         Args:
             value: v, of shape (r,).
             slope: ∂v/∂x, of shape (r, n_x).
-            answer: a, of shape (r, 6).
-            d_answer: ∂a by (q, w), of shape (r, 6, n_g).
+            answer: a, of shape (r, 6 or 12).
+            d_answer: ∂a by (q, w), of shape (r, 6 or 12, n_g).
 
         Returns:
             Least values with derivatives and largest values with derivatives, a block of r rows for each listed

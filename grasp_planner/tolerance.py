@@ -8,13 +8,13 @@ lost. The same numbers hold for an error of the palm with the object fixed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .compliance import series_stiffness
 from .grasp import Grasp
-from .margins import holding, passive_margins
+from .load_check import displacement_matrix
+from .margins import Holding, holding, passive_margins, worst_passive_margin
 
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 """Coordinates of the object's pose in O: translations [m], rotations about its centre [rad]."""
@@ -53,16 +53,35 @@ def pose_tolerances(grasp: Grasp) -> tuple[Tolerance, ...]:
     Returns:
         Six tolerances; not a number without contact stiffness, zero where a contact slips already.
     """
-    problem = grasp.problem
-    stiffness = problem.parameters.contact_stiffness
-    response = np.full((grasp.forces.size, 6), np.nan)
-    if stiffness > 0.0:
-        series = series_stiffness(grasp.hand_jacobian, problem.joint_compliance, stiffness)
-        response = series @ grasp.grasp_matrix.T
-    nothing = np.zeros((grasp.forces.size, 0))
-    held = holding(problem, grasp.contacts, grasp.forces, grasp.hand_jacobian, response, nothing)
+    held = _held(grasp)
     ups, downs = passive_margins(held, np.eye(6)), passive_margins(held, -np.eye(6))
     return tuple(
         Tolerance(name, down.size, up.size, down.gives_way, up.gives_way)
         for name, down, up in zip(COORDINATES, downs, ups, strict=True)
     )
+
+
+def least_tolerance(grasp: Grasp, unit: str) -> float:
+    """Return the least shift (unit ``m``) or turn (``rad``) of the object, in any direction, at which something gives.
+
+    Args:
+        grasp: The grasp.
+        unit: ``m`` or ``rad``.
+
+    Returns:
+        The tolerance in the worst of many directions, refined [m] or [rad].
+    """
+    held = _held(grasp)
+    if unit == "rad":
+        held = replace(held, response=np.roll(held.response, 3, axis=1))
+    return worst_passive_margin(held).size
+
+
+def _held(grasp: Grasp) -> Holding:
+    """Return the grasp with its answer to displacements, K Gᵀ, in the place of that to wrenches."""
+    problem = grasp.problem
+    response = np.full((grasp.forces.size, 6), np.nan)
+    if problem.parameters.contact_stiffness > 0.0:
+        response = displacement_matrix(problem, grasp.grasp_matrix, grasp.hand_jacobian)
+    nothing = np.zeros((grasp.forces.size, 0))
+    return holding(problem, grasp.contacts, grasp.forces, grasp.hand_jacobian, response, nothing)

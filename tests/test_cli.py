@@ -21,7 +21,7 @@ def test_the_default_plan_is_the_papers_object_with_load_cases_and_is_feasible(t
     assert result.exit_code == 0, result.output
     record = gp.read_grasp_record(output)
     assert record.feasible
-    assert record.n_synergies == 5
+    assert record.n_synergies == 8
     assert record.parameters.loads.force == 1.0
     assert record.margins.passive.size > 0.9
     assert record.stability.stable
@@ -88,7 +88,7 @@ def test_quiet_prints_nothing():
         (["--object", "cylinder:size=1"], ["size", "radius"]),
         (["--task", "force:0,0,0"], ["direction", "zero"]),
         (["--task", "push:+y"], ["push", "force"]),
-        (["--task", "twist:+y"], ["n_synergies", "6"]),
+        (["--task", "twist:+y", "--synergies", "3"], ["n_synergies", "6"]),
         (["--synergies", "0"], ["n_synergies", "1 to 15"]),
         (["--synergies", "99"], ["n_synergies", "1 to 15"]),
         (["--synergies", "three"], ["--synergies"]),

@@ -7,9 +7,11 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.compliance import series_stiffness
+from grasp_planner.improve import withstood
 from grasp_planner.load_check import case_forces
 from grasp_planner.post_optimality import optimum_near, post_optimality
 from grasp_planner.problem_parameters import parameters_of
+from grasp_planner.tolerance import least_tolerance
 
 
 def settled(hand, n_synergies, loads, direction=(0.0, 1.0, 0.0), radius=0.03):
@@ -29,7 +31,7 @@ def check_against_solving_anew(grasp, names):
     """Compare dF*/dp and dz*/dp with central differences of optima solved anew, well inside the validity radius."""
     parameters = {parameter.name: parameter for parameter in parameters_of(grasp)}
     found = post_optimality(grasp, [parameters[name] for name in names])
-    assert found.stationarity < 1e-8
+    assert found.stationarity < 1e-6
     for sensitivity in found.sensitivities:
         parameter = parameters[sensitivity.name]
         step = min(0.2 * sensitivity.up, 0.2 * sensitivity.down, 0.01 * parameter.scale)
@@ -42,6 +44,7 @@ def check_against_solving_anew(grasp, names):
     return found
 
 
+@pytest.mark.slow
 def test_three_synergies_answer_as_predicted(plain):
     found = check_against_solving_anew(plain, ["friction μ", "mass", "object rx"])
     assert found.sensitivity("friction μ").d_force_norm < 0.0, "more friction, less force"
@@ -71,6 +74,7 @@ def test_the_posture_answers_as_predicted(plain):
     np.testing.assert_allclose(sensitivity.d_joint_angles, moved, atol=0.05 * np.abs(moved).max())
 
 
+@pytest.mark.slow
 def test_beyond_the_validity_radius_the_active_set_has_changed(plain):
     friction = next(parameter for parameter in parameters_of(plain) if parameter.name == "friction μ")
     first = post_optimality(plain, [friction])
@@ -125,14 +129,20 @@ def test_at_its_tolerance_a_contact_starts_to_slip(held):
 
 
 @pytest.mark.slow
-def test_improvement_withstands_more_within_its_budget(right):
+@pytest.mark.parametrize("goal", ["force", "position", "rotation"])
+def test_improvement_withstands_more_within_its_budget(right, goal):
     plain = gp.plan_grasp(gp.GraspProblem(right, gp.Cylinder(), n_synergies=5), options=gp.PlannerOptions(enough=1))
-    improved = gp.improve_grasp(plain, budget=0.5, trials=5)
+    improved = gp.improve_grasp(plain, goal=goal, budget=0.5, trials=4)
     assert improved.after.feasible
-    assert improved.after.margins.passive.size > plain.margins.passive.size + 0.1
     assert improved.after.force_norm <= 1.5 * plain.force_norm + 1e-5
-    narrow, wide = (min(min(t.up, t.down) for t in gp.pose_tolerances(g)) for g in (plain, improved.after))
-    assert wide > narrow
+    assert withstood(improved.after, goal) > withstood(plain, goal)
+    reached = max(step.disturbance for step in improved.steps if step.feasible)
+    assert withstood(improved.after, goal) >= 0.8 * reached, "friction is held on the hull of 14 directions"
+
+
+def test_the_least_tolerance_is_that_of_the_worst_direction(held):
+    single = min(min(t.up, t.down) for t in gp.pose_tolerances(held) if t.unit == "m")
+    assert 0.0 < least_tolerance(held, "m") <= single
 
 
 def test_only_feasible_grasps_are_improved(planned):
