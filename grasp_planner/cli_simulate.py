@@ -88,6 +88,8 @@ def simulate(
     check_writable(out, html_file, mjcf_file)
     grasp = grasp_from_record(read_grasp_record(result))
     console = Console()
+    if not grasp.feasible:
+        console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
     if mjcf_file is not None:
         write_text(build_scene(grasp, protocol).xml, mjcf_file)
     with console.status("simulating …"):
@@ -95,7 +97,9 @@ def simulate(
     print_simulation(console, found)
     if out is not None:
         write_text(simulation_json(found), out)
-    if html_file is not None:
+    if html_file is not None and not found.frames:
+        console.print("no animation: nothing was simulated")
+    elif html_file is not None:
         from .viewer import export_simulation_html
 
         export_simulation_html(found, html_file)
@@ -135,11 +139,11 @@ def print_simulation(console: Console, found: Simulation) -> None:
     console.print(summary, highlight=False)
     if found.rest is None:
         return
-    forces = _table("normal forces at rest [N]", ("contact", "predicted", "simulated"))
-    for frame, predicted, simulated in zip(
-        found.grasp.problem.frames, found.rest.predicted_normal_forces, found.rest.normal_forces, strict=True
-    ):
-        forces.add_row(frame.name, f"{predicted:.3f}", f"{simulated:.3f}")
+    forces = _table("normal forces at rest [N]", ("contact", "predicted", "simulated", "friction used"))
+    rest = found.rest
+    columns = (rest.predicted_normal_forces, rest.normal_forces, rest.friction_use)
+    for frame, predicted, simulated, used in zip(found.grasp.problem.frames, *columns, strict=True):
+        forces.add_row(frame.name, f"{predicted:.3f}", f"{simulated:.3f}", f"{100 * used:.0f} %")
     console.print(forces)
     console.print(_direction_table(found))
 

@@ -9,10 +9,15 @@ import click
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.progress import track
 from rich.table import Table
 
+from .cli_options import parse_counts
 from .exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from .hand import Hand, load_hand
+from .objects import parse_object
+from .preparation import FEW_SYNERGIES
+from .problem import GraspProblem
 from .synergies import SynergySpace, load_synergies, save_synergies, synergies_from_postures
 from .text_file import read_text_file
 
@@ -71,6 +76,39 @@ def show_command(name: str, hand: str, count: int, picture: Path | None) -> None
 
         save_synergy_strip(loaded, shown, picture)
         console.print(f"picture: {picture}")
+
+
+@synergies_group.command("compare")
+@HAND
+@click.option(
+    "--object", "object_text", default="cylinder", show_default=True, help="What to close around; see plan --object."
+)
+@click.option("--counts", default="1,2,3", show_default=True, help="Numbers of synergies, up to 4.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the starts.")
+def compare_command(hand: str, object_text: str, counts: str, seed: int) -> None:
+    """Compare how well the synergy sets of a hand close: as a rigid hand, before compliance helps.
+
+    For each set and number of synergies: the largest gap between a contact and the object, and the least share
+    (mu f_n - |f_t|)/|f| of a contact force, negative outside its friction cone, at the best of forty fits.
+    """
+    from .closing import closing_fit
+
+    loaded, console = load_hand(hand), Console()
+    numbers = parse_counts("counts", counts)
+    if not numbers or max(numbers) > FEW_SYNERGIES:
+        raise InvalidValueError("counts", counts, f"numbers from 1 to {FEW_SYNERGIES}")
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("set", no_wrap=True)
+    table.add_column("n_s", justify="right")
+    for column in ("variance", "gap \\[mm]", "cone"):
+        table.add_column(column, justify="right")
+    thing = parse_object(object_text)
+    for name in track(loaded.synergy_set_names, "fitting", console=console, transient=True):
+        space = loaded.synergies(name)
+        for n_s in numbers:
+            fit = closing_fit(GraspProblem(loaded, thing, n_synergies=n_s, synergy_set=name), seed)
+            table.add_row(name, str(n_s), _share(space, n_s), f"{1e3 * fit.gap:.2f}", f"{fit.cone_share:+.2f}")
+    console.print(table)
 
 
 @synergies_group.command("fit")
@@ -140,10 +178,15 @@ def _find(hand: Hand, name: str) -> SynergySpace:
     return hand.synergies(name)
 
 
-def _shares(space: SynergySpace) -> str:
-    """Return the cumulative variances of the first 1, 2, 3 and 5 synergies."""
+def _share(space: SynergySpace, n_synergies: int) -> str:
+    """Return the cumulative variance of the first synergies."""
     try:
-        shares = space.explained_variance()
+        return f"{100 * space.explained_variance()[n_synergies - 1]:.0f} %"
     except InvalidValueError:
         return "not known"
-    return " ".join(f"{100 * shares[n - 1]:.0f} %" for n in (1, 2, 3, 5) if n <= space.n_synergies)
+
+
+def _shares(space: SynergySpace) -> str:
+    """Return the cumulative variances of the first 1, 2, 3 and 5 synergies."""
+    counts = (n for n in (1, 2, 3, 5) if n <= space.n_synergies)
+    return " ".join(dict.fromkeys(_share(space, n) for n in counts))

@@ -26,30 +26,37 @@ def _read(path: Path) -> Grasp:
 @click.command("view")
 @click.argument("result", type=RESULT_OR_RUN, required=False)
 @click.option("--row", type=click.IntRange(min=0), default=None, help="Row of a batch run, if RESULT is its folder.")
+@click.option(
+    "--filter", "where", metavar="CONDITION", default="", help="Rows of the run to go through: SQL over its columns."
+)
 @click.option("--port", type=click.IntRange(0, 65535), default=DEFAULT_PORT, show_default=True, help="0 for any free.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
 @click.option("--allow-remote", is_flag=True, help="Allow an address that other machines can reach.")
 @click.option("--no-open", is_flag=True, help="Do not open the browser.")
-def view(result: Path | None, row: int | None, port: int, host: str, allow_remote: bool, no_open: bool) -> None:
+def view(
+    result: Path | None, row: int | None, where: str, port: int, host: str, allow_remote: bool, no_open: bool
+) -> None:
     """Open the interactive viewer in the browser.
 
-    Shows the grasp of the file RESULT, or row K of the batch run in the folder RESULT with --row K, or a good one
-    to begin with.
+    Shows the grasp of the file RESULT, or a good one to begin with. If RESULT is the folder of a batch run, its rows
+    are gone through on the page, from row K with --row K, with --filter only those that meet a condition such as
+    "feasible and n_synergies = 3"; the links of its report open rows here meanwhile.
     """
     from .viewer import GraspViewer
     from .viewer.server import LOOPBACK
 
-    if row is not None and (result is None or not result.is_dir()):
-        raise InvalidValueError("--row", row, "a row of a batch run: give its folder as RESULT")
-    if result is None:
-        grasp = None
-    elif result.is_dir():
-        from .batch import load_row
+    if result is None or not result.is_dir():
+        for name, value in (("--row", row), ("--filter", where or None)):
+            if value is not None:
+                raise InvalidValueError(name, value, "only with the folder of a batch run as RESULT")
+    grasp, rows = None, None
+    if result is not None and result.is_dir():
+        from .batch import RunRows
 
-        grasp = grasp_from_record(load_row(result, row or 0))
-    else:
+        rows = RunRows(result, where=where, row=row)
+    elif result is not None:
         grasp = _read(result)
-    viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote)
+    viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote, rows=rows)
     if host not in LOOPBACK:
         click.echo(
             f"Warning: everyone who can reach {host} can see and steer this page; there is no password.", err=True

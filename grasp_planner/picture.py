@@ -29,6 +29,8 @@ TASK_COLOUR = "#1d6f42"
 ELLIPSOID_COLOUR = "#4361ee"
 FORCE_ARROW = 0.05
 """Length of the longest force arrow [m]."""
+TASK_ARROW = 0.09
+"""Length of the arrow of a task direction [m]."""
 ELLIPSOID_SIZE = 0.06
 """Half length at which the ellipsoid's longest finite axis is drawn [m]."""
 LONGEST_AXIS_RATIO = 4.0
@@ -85,8 +87,8 @@ def draw_scene(axes: Any, grasp: Grasp) -> None:
     corners = draw_hand(axes, problem.hand, grasp.joint_angles, grasp.palm_pose, opacity=0.55)
     add_mesh(axes, object_mesh(problem.grasp_object), OBJECT_COLOUR, 0.35)
     _draw_forces(axes, grasp)
-    _draw_tasks(axes, grasp)
-    frame_axes(axes, np.vstack([corners, object_mesh(problem.grasp_object).bounds]))
+    arrows = _draw_tasks(axes, grasp)
+    frame_axes(axes, np.vstack([corners, arrows, object_mesh(problem.grasp_object).bounds]))
 
 
 def save_synergy_strip(hand: Hand, space: SynergySpace, path: Path) -> None:
@@ -225,14 +227,17 @@ def _draw_forces(axes: Any, grasp: Grasp) -> None:
         axes.quiver(*(points - arrows).T, *arrows.T, color=FORCE_COLOUR, linewidth=1.8, arrow_length_ratio=0.25)
 
 
-def _draw_tasks(axes: Any, grasp: Grasp) -> None:
-    """Draw the task directions from the object's centre, and the force ellipsoid beside them."""
+def _draw_tasks(axes: Any, grasp: Grasp) -> list[Array]:
+    """Draw the task directions from the object's centre, and the force ellipsoid; return the tips of the arrows."""
+    tips = []
     for task in grasp.problem.tasks:
         part = task.direction[3:] if task.kind == "torque" else task.direction[:3]
         style = "--" if task.is_motion else "-"
-        axes.quiver(0, 0, 0, *(0.09 * part), color=TASK_COLOUR, linewidth=2.4, linestyle=style)
+        tips.append(TASK_ARROW * part)
+        axes.quiver(0, 0, 0, *tips[-1], color=TASK_COLOUR, linewidth=2.4, linestyle=style)
     mesh, _ = ellipsoid_mesh(transmission_ellipsoid(grasp.object_synergy_map, "force"))
     add_mesh(axes, mesh, ELLIPSOID_COLOUR, 0.18)
+    return tips
 
 
 def frame_axes(axes: Any, corners: Array) -> None:

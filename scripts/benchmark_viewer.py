@@ -1,18 +1,35 @@
-"""Measure the viewer without a browser: drag to redraw, the same while planning, cancelling, memory over plans.
+"""Measure the viewer without a browser: drag to redraw, idle, while planning and with many pages; cancelling; memory.
 
-Usage: python scripts/benchmark_viewer.py [--plans N]
+Usage: python scripts/benchmark_viewer.py [--plans 1000] [--clients 20]
+
+A drag is timed from the new value of a slider until the hand is drawn and sent. The pages are connections in a
+process of their own that read all they are sent. The plans are short ones, from a feasible grasp.
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
+import multiprocessing
+import os
 import statistics
 import time
 from collections.abc import Callable
+from multiprocessing.sharedctypes import Synchronized
+from multiprocessing.synchronize import Event
+from pathlib import Path
+
+import viser
+from websockets.sync.client import ClientConnection, connect
 
 import grasp_planner as gp
 from grasp_planner.viewer import GraspViewer
+
+DRAGS = 60
+"""Slider values of one measurement."""
+STARTING_S = 6.0
+"""How long the planning process may take to load its libraries, which would disturb the first measurement [s]."""
+SAMPLES = 10
+"""How often the memory is printed."""
 
 
 def until(condition: Callable[[], bool], limit_s: float = 120.0) -> None:
@@ -24,10 +41,10 @@ def until(condition: Callable[[], bool], limit_s: float = 120.0) -> None:
         time.sleep(0.0005)
 
 
-def drags(viewer: GraspViewer, steps: int) -> list[float]:
+def drags(viewer: GraspViewer) -> list[float]:
     """Return the time from each slider value to the drawn hand [ms]."""
     times = []
-    for step in range(steps):
+    for step in range(DRAGS):
         value = 0.2 + 0.002 * step
         began = time.perf_counter()
         viewer.synergies.sliders[0].value = value
@@ -38,36 +55,107 @@ def drags(viewer: GraspViewer, steps: int) -> list[float]:
     return times
 
 
+def show(title: str, times: list[float]) -> None:
+    """Print median and 95th percentile of times [ms]."""
+    high = statistics.quantiles(times, n=20)[-1]
+    print(f"{title}: median {statistics.median(times):.1f} ms, 95 % below {high:.1f} ms", flush=True)
+
+
+def listen(port: int, count: int, connected: Event, stop: Event, received: Synchronized[int]) -> None:
+    """Be as many pages, in a process of its own: read and count all they are sent."""
+    pages: list[ClientConnection] = []
+    for _ in range(count):
+        address = f"ws://127.0.0.1:{port}/"
+        pages.append(connect(address, subprotocols=[f"viser-v{viser.__version__}"], max_size=None))  # type: ignore[list-item]
+    connected.set()
+    while not stop.is_set():
+        for page in pages:
+            try:
+                while page.recv(timeout=0.0):
+                    received.value += 1
+            except TimeoutError:
+                continue
+        time.sleep(0.01)
+
+
+def drags_with_pages(viewer: GraspViewer, count: int) -> list[float]:
+    """Return the times of drags while as many pages are connected [ms]."""
+    context = multiprocessing.get_context("spawn")
+    connected, stop, received = context.Event(), context.Event(), context.Value("Q")
+    arguments = (viewer.server.get_port(), count, connected, stop, received)
+    process = context.Process(target=listen, args=arguments, daemon=True)
+    process.start()
+    connected.wait(60.0)
+    time.sleep(3.0)
+    before = received.value
+    times = drags(viewer)
+    print(f"the {count} pages were sent {(received.value - before) / count:.0f} batches of messages each", flush=True)
+    stop.set()
+    process.join(10.0)
+    return times
+
+
+def resident_mb(pid: int) -> float:
+    """Return the resident memory of a process [MB]."""
+    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def plan(viewer: GraspViewer) -> None:
+    """Plan and wait for the end."""
+    viewer.plan.plan.value = True
+    until(lambda: viewer.planning.busy)
+    until(lambda: not viewer.planning.busy)
+    viewer.worker.drain()
+    if not (viewer.session.results and viewer.session.results[0].feasible):
+        raise SystemExit(f"a plan found no grasp: {viewer.plan.status.content}")
+
+
+def watch_memory(viewer: GraspViewer, plans: int) -> None:
+    """Print the memory of the viewer and of its planning process over many short plans."""
+    viewer.plan.enough.value, viewer.plan.starts.value, viewer.plan.from_here.value = 1, 1, True
+    pid = viewer.planning._process.pid
+    assert pid is not None
+    began, tenth = time.perf_counter(), max(1, plans // SAMPLES)
+    for done in range(1, plans + 1):
+        plan(viewer)
+        if done % tenth == 0 or done == 1:
+            here, there = resident_mb(os.getpid()), resident_mb(pid)
+            spent = (time.perf_counter() - began) / done
+            print(f"after {done} plans ({spent:.2f} s each): viewer {here:.0f} MB, planning {there:.0f} MB", flush=True)
+
+
 def main() -> None:
     """Print the medians."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--plans", type=int, default=20, help="plans over which memory is watched")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--plans", type=int, default=1000, help="plans over which memory is watched")
+    parser.add_argument("--clients", type=int, default=20, help="pages connected at once")
     arguments = parser.parse_args()
-    easy = gp.GraspProblem(gp.load_hand(), gp.Cylinder(), n_synergies=15)
     viewer = GraspViewer(None, port=0)
     viewer.worker.drain()
-    print(f"drag to redraw, idle: median {statistics.median(drags(viewer, 60)):.1f} ms")
+    time.sleep(STARTING_S)
+    print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores", flush=True)
+    show("drag to redraw, idle", drags(viewer))
+    show(f"drag to redraw, {arguments.clients} pages connected", drags_with_pages(viewer, arguments.clients))
+    easy = gp.GraspProblem(gp.load_hand(), gp.Cylinder(), n_synergies=15)
     viewer.worker.submit(lambda: viewer.session.set_problem(easy))
     viewer.plan.enough.value, viewer.plan.starts.value = 50, 500
     viewer.worker.drain()
-    viewer.plan.plan.value = True
-    until(lambda: viewer.planning.busy)
-    print(f"drag to redraw, while planning: median {statistics.median(drags(viewer, 60)):.1f} ms")
-    began = time.perf_counter()
-    viewer.plan.cancel.value = True
-    until(lambda: not viewer.planning.busy)
-    print(f"cancel: {1e3 * (time.perf_counter() - began):.1f} ms")
-    viewer.plan.enough.value, viewer.plan.starts.value = 1, 3
-    memory = []
-    for _ in range(arguments.plans):
+    cancels = []
+    for round_ in range(5):
         viewer.plan.plan.value = True
         until(lambda: viewer.planning.busy)
+        if round_ == 0:
+            show("drag to redraw, while planning", drags(viewer))
+        time.sleep(0.5)
+        began = time.perf_counter()
+        viewer.plan.cancel.value = True
         until(lambda: not viewer.planning.busy)
-        viewer.worker.drain()
-        memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
-    print(
-        f"peak memory over {arguments.plans} plans: {memory[0]:.0f} MB after the first, {memory[-1]:.0f} MB at the end"
-    )
+        cancels.append(1e3 * (time.perf_counter() - began))
+    print(f"cancel: {', '.join(f'{time_ms:.0f}' for time_ms in cancels)} ms", flush=True)
+    viewer.plan.enough.value, viewer.plan.starts.value = 1, 20
+    plan(viewer)
+    watch_memory(viewer, arguments.plans)
     viewer.stop()
 
 

@@ -1,4 +1,4 @@
-"""Make the pictures of docs/viewer.md from the running viewer, in headless Chromium.
+"""Make the pictures of docs/viewer.md from the running viewer, in headless Chromium: every tab in its states.
 
 Usage: python scripts/make_viewer_screenshots.py [folder]      (docs/images by default)
 
@@ -13,13 +13,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
+from grasp_planner.batch import RunRows, parse_spec, run_batch
 from grasp_planner.viewer import GraspViewer, export_html
 
 BROWSER = os.environ.get("GRASP_PLANNER_CHROMIUM", "/usr/bin/chromium")
@@ -32,61 +32,42 @@ FLAGS = [
     "--ignore-gpu-blocklist",
 ]
 SIZE = {"width": 1360, "height": 850}
+COLOURS = 256
+"""Colours of a picture: as many as a small PNG has."""
 READY = "() => window.__viserMutable && window.__viserMutable.nodeRefFromName['/object/mesh'] != null"
+SCROLL = """(share) => document.querySelectorAll('[class*=ScrollArea-viewport], div').forEach(e => {
+  if (e.scrollHeight > e.clientHeight + 40 && e.clientHeight > 300) e.scrollTop = share * e.scrollHeight;
+})"""
+SPEC = {
+    "defaults": {"object": "cylinder", "starts": 8, "enough": 1, "clearance": True},
+    "blocks": [{"product": {"object.radius": [0.025, 0.03], "task": ["force:+y", "force:+x"], "n_synergies": [8, 15]}}],
+}
 
 
-def settle(viewer: GraspViewer, page: Page) -> None:
-    """Wait until everything has been drawn."""
-    viewer.worker.drain(60.0)
-    page.wait_for_timeout(2500)
+class Camera:
+    """Takes the pictures."""
 
+    def __init__(self, page: Page, viewer: GraspViewer, folder: Path) -> None:
+        self.page, self.viewer, self.folder = page, viewer, folder
 
-def save(page: Page, path: Path) -> None:
-    """Write what the page shows as a small PNG."""
-    toast = page.get_by_text("Software WebGL rendering")
-    if toast.count():
-        toast.first.locator("xpath=ancestor::div[contains(@class,'Notification-root')]").locator("button").click()
-        page.wait_for_timeout(800)
-    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    picture.save(path, optimize=True)
-    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
-
-
-def tab(page: Page, name: str) -> None:
-    """Open a tab."""
-    page.get_by_role("tab", name=name).click()
-
-
-def show_synergies(viewer: GraspViewer, page: Page) -> None:
-    """Move a synergy slider, with the grasp from before pinned as a ghost."""
-    tab(page, "Synergies")
-    viewer.grasp_panel.pin.value = True
-    slider = viewer.synergies.sliders[0]
-    slider.value = slider.value + 0.35
-    settle(viewer, page)
-
-
-def show_plan(viewer: GraspViewer, page: Page) -> None:
-    """Plan from the pinned grasp, and show the ranked results."""
-    first = viewer.session.pinned or viewer.session.grasp
-    viewer.worker.submit(lambda: viewer.session.show(first))
-    viewer.worker.drain(60.0)
-    viewer.grasp_panel.unpin.value = True
-    tab(page, "Plan")
-    viewer.plan.from_here.value = True
-    viewer.plan.enough.value, viewer.plan.starts.value = 2, 5
-    viewer.plan.plan.value = True
-    wait_for(lambda: viewer.planning.busy)
-    wait_for(lambda: not viewer.planning.busy, 240.0)
-    settle(viewer, page)
-
-
-def show_one_synergy(viewer: GraspViewer, page: Page) -> None:
-    """Show the ellipsoid of a hand with a single motor command: two plates."""
-    tab(page, "View")
-    problem = replace(viewer.session.problem, n_synergies=1)
-    viewer.worker.submit(lambda: viewer.session.set_problem(problem))
-    settle(viewer, page)
+    def take(self, name: str, *, tab: str = "", scroll: float = 0.0, wait: bool = True) -> None:
+        """Write what the page shows as a small PNG."""
+        if tab:
+            self.page.get_by_role("tab", name=tab, exact=True).click()
+        if wait:
+            self.viewer.worker.drain(60.0)
+            self.page.wait_for_timeout(2500)
+        self.page.evaluate(SCROLL, scroll)
+        self.page.wait_for_timeout(300)
+        toast = self.page.get_by_text("Software WebGL rendering")
+        if toast.count():
+            toast.first.locator("xpath=ancestor::div[contains(@class,'Notification-root')]").locator("button").click()
+            self.page.wait_for_timeout(800)
+        path = self.folder / f"viewer_{name}.png"
+        picture = Image.open(io.BytesIO(self.page.screenshot())).convert("RGB")
+        few = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3)
+        few.save(path, optimize=True)
+        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
 def wait_for(condition: Callable[[], Any], timeout_s: float = 30.0) -> None:
@@ -98,30 +79,129 @@ def wait_for(condition: Callable[[], Any], timeout_s: float = 30.0) -> None:
         time.sleep(0.05)
 
 
+def show_grasp(camera: Camera) -> None:
+    """Take the page as it opens, and with a contact selected."""
+    viewer = camera.viewer
+    camera.take("grasp", tab="Grasp")
+    viewer.picture.clicked(("contact", 0))
+    camera.take("contact")
+    viewer.picture.clicked(("link", "index_medial"))
+    camera.take("link")
+    viewer.worker.submit(lambda: setattr(viewer.session, "selected", None))
+
+
+def show_synergies(camera: Camera) -> None:
+    """Take a moved synergy slider, the closing hand and the handles."""
+    viewer, first = camera.viewer, camera.viewer.session.grasp
+    viewer.grasp_panel.pin.value = True
+    slider = viewer.synergies.sliders[0]
+    slider.value = slider.value + 0.35
+    camera.take("synergies", tab="Synergies")
+    camera.take("joints", scroll=1.0)
+    camera.take("compare", tab="Grasp")
+    viewer.grasp_panel.unpin.value = True
+    viewer.worker.submit(lambda: viewer.session.show(first))
+    viewer.worker.drain(60.0)
+    viewer.synergies.move_hand.value = viewer.synergies.move_object.value = True
+    camera.take("handles", tab="Synergies")
+    viewer.synergies.move_hand.value = viewer.synergies.move_object.value = False
+
+
+def show_plan(camera: Camera) -> None:
+    """Take a search while it runs, its ranked results, and the widgets of the problem."""
+    viewer, first = camera.viewer, camera.viewer.session.grasp
+    plan = viewer.plan
+    plan.enough.value, plan.starts.value = 3, 8
+    plan.from_here.value = True
+    camera.page.get_by_role("tab", name="Plan", exact=True).click()
+    plan.plan.value = True
+    wait_for(lambda: viewer.planning.busy and len(plan._history) > 30, 60.0)
+    camera.page.wait_for_timeout(700)
+    camera.take("planning", wait=False)
+    wait_for(lambda: not viewer.planning.busy, 240.0)
+    viewer.display.look.value = True
+    camera.take("plan")
+    camera.take("problem", scroll=1.0)
+    plan.from_here.value = False
+    viewer.worker.submit(lambda: viewer.session.show(first))
+
+
+def show_preset(camera: Camera) -> None:
+    """Take a figure of the paper: one synergy, whose ellipsoid is two plates."""
+    plan = camera.viewer.plan
+    plan.starts.value = 60
+    plan.preset.value = "1 synergy, push along y"
+    plan.show_preset.value = True
+    wait_for(lambda: camera.viewer.planning.busy)
+    wait_for(lambda: not camera.viewer.planning.busy, 240.0)
+    camera.viewer.display.look.value = True
+    camera.take("one_synergy", tab="Plan")
+
+
+def show_drawings(camera: Camera) -> None:
+    """Take all that can be drawn: q_r as a ghost, torques, normals, names."""
+    boxes = camera.viewer.display.boxes
+    for name in ("reference_ghost", "torques", "normals", "labels", "margin"):
+        boxes[name].value = True
+    for name in ("force_ellipsoid", "cones"):
+        boxes[name].value = False
+    camera.take("drawings", tab="View")
+    for name in ("reference_ghost", "torques", "normals", "labels", "margin"):
+        boxes[name].value = False
+    for name in ("force_ellipsoid", "cones"):
+        boxes[name].value = True
+    camera.take("share", tab="Share")
+
+
+def open_page(page: Page, viewer: GraspViewer) -> None:
+    """Open the page and wait until it is drawn."""
+    viewer.worker.drain(60.0)
+    page.goto(f"{viewer.url}/?fixedDpr=1")
+    page.wait_for_function(READY)
+
+
+def take_viewer(page: Page, folder: Path, temporary: Path) -> None:
+    """Take the viewer of one grasp in all its states, and its exported page."""
+    viewer = GraspViewer()
+    first = viewer.session.grasp
+    open_page(page, viewer)
+    camera = Camera(page, viewer, folder)
+    for show in (show_grasp, show_synergies, show_drawings, show_plan, show_preset):
+        show(camera)
+        viewer.worker.drain(60.0)
+    exported = temporary / "grasp.html"
+    export_html(first, exported)
+    page.goto(exported.as_uri())
+    page.wait_for_function(READY)
+    page.wait_for_timeout(2000)
+    page.locator("input").first.fill("1.45")
+    page.wait_for_timeout(2000)
+    camera.take("export", wait=False)
+    viewer.stop()
+
+
+def take_run(page: Page, folder: Path) -> None:
+    """Take the viewer of a batch run, in the working folder."""
+    run = Path("cylinders")
+    run_batch(parse_spec(SPEC), run, workers=1)
+    viewer = GraspViewer(rows=RunRows(run))
+    open_page(page, viewer)
+    Camera(page, viewer, folder).take("run", tab="Run")
+    viewer.stop()
+
+
 def main() -> None:
     """Make all pictures."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images")
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images").resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    viewer = GraspViewer()
-    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as temporary:
+    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as name:
         browser = playwright.chromium.launch(executable_path=BROWSER, headless=True, args=FLAGS)
         page = browser.new_page(viewport=SIZE)
         page.set_default_timeout(90_000)
-        page.goto(f"{viewer.url}/?fixedDpr=1")
-        page.wait_for_function(READY)
-        settle(viewer, page)
-        save(page, folder / "viewer_grasp.png")
-        for name, show in (("synergies", show_synergies), ("plan", show_plan), ("one_synergy", show_one_synergy)):
-            show(viewer, page)
-            save(page, folder / f"viewer_{name}.png")
-        exported = Path(temporary) / "grasp.html"
-        export_html(viewer.session.results[0] if viewer.session.results else viewer.session.grasp, exported)
-        page.goto(exported.as_uri())
-        page.wait_for_function(READY)
-        page.wait_for_timeout(4000)
-        save(page, folder / "viewer_export.png")
+        os.chdir(name)
+        take_viewer(page, folder, Path(name))
+        take_run(page, folder)
         browser.close()
-    viewer.stop()
 
 
 if __name__ == "__main__":

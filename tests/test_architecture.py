@@ -55,6 +55,7 @@ LAYERS = (
     "search_report",
     "grasp",
     "planner",
+    "closing",
     "tolerance",
     "improve",
     "optimality_program",

@@ -150,3 +150,14 @@ def test_bench_refuses_nonsense():
         result = run("bench", f"--{option}", value)
         assert result.exit_code == 2
         assert value.split(",")[-1] in result.output
+
+
+@pytest.mark.parametrize("missing", ["pyarrow", "yaml"])
+def test_without_the_extra_batch_planning_says_what_to_install(missing, tmp_path):
+    (tmp_path / "spec.yaml").write_text("blocks: [{fixed: {seed: 1}}]")
+    words = ["batch", "spec.yaml", "--dry-run"]
+    code = f"import sys; sys.modules[{missing!r}] = None; from grasp_planner.cli import main; main({words})"
+    finished = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert finished.returncode == 2
+    (line,) = finished.stderr.strip().splitlines()
+    assert "scripts/setup batch" in line

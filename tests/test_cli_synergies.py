@@ -39,6 +39,24 @@ def test_a_set_is_shown_and_drawn(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
+def test_sets_are_compared_by_how_well_they_close(right):
+    result = run("compare", "--counts", "3")
+    assert result.exit_code == 0, result.output
+    rows = {cells[0]: cells for line in result.output.splitlines() if (cells := line.split())}
+    for name in right.synergy_set_names:
+        assert rows[name][1] == "3"
+    # The default set reaches the paper's cylinder with three synergies, every force within its cone.
+    assert float(rows["santello"][-2]) < 0.5
+    assert float(rows["santello"][-1]) > 0.0
+
+
+def test_comparing_takes_few_synergies_only():
+    result = run("compare", "--counts", "1,9")
+    assert result.exit_code == 2
+    assert "1 to 4" in result.output
+
+
 def test_fitting_finds_the_direction_of_the_postures(tmp_path, postures, right):
     path, direction = postures
     out = tmp_path / "set.csv"

@@ -1,6 +1,7 @@
 """What README and guide print works: Python runs, files are read, command lines exist, the quick start is followed."""
 
 import contextlib
+import json
 import os
 import re
 import signal
@@ -109,6 +110,19 @@ def test_files_named_in_the_documents_exist():
         if page.name in ("README.md", "CONTRIBUTING.md"):
             for name in re.findall(r"(?<!!)\[[^\]]*\]\((?!http|#)([^)#]+)", text):
                 assert (page.parent / name).exists(), f"{page.name}: {name}"
+
+
+def test_the_table_of_the_readme_is_what_reproduce_found():
+    cells = json.loads((ROOT / "docs" / "reproduction" / "reproduce.json").read_text(encoding="utf-8"))
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    for n_s in (1, 2, 3, 15):
+        expected = [str(n_s)]
+        for direction in "yx":
+            (cell,) = (c for c in cells if (c["table"], c["direction"], c["n_synergies"]) == (1, direction, n_s))
+            for key in ("force_norm", "alignment_angle_deg"):
+                mark = "*" if key == "alignment_angle_deg" and cell["alignment_degenerate"] else ""
+                expected += [f"{cell['paper'][key]:.2f}", f"{cell[key]:.2f}{mark}"]
+        assert f"| {' | '.join(expected)} |" in text, expected
 
 
 def test_descriptions_in_the_guide_are_valid():

@@ -1,5 +1,8 @@
 """Batch planning: many cases from one specification, on all cores or a cluster, into Parquet files."""
 
+from . import arrow as arrow  # First: it says which extra is missing.
+from .browse import RunFilter as RunFilter
+from .browse import RunRows as RunRows
 from .case import GraspCase as GraspCase
 from .errors import BatchDependencyError as BatchDependencyError
 from .errors import ResultsError as ResultsError

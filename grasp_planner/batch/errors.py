@@ -41,7 +41,7 @@ class BatchDependencyError(GraspPlannerError):
 
     def __init__(self, library: str) -> None:
         self.library = library
-        super().__init__(f"batch planning needs {library}: pip install 'grasp_planner[batch]'")
+        super().__init__(f"batch planning needs {library}: install the extra 'batch' (in a clone: scripts/setup batch)")
 
     def __reduce__(self) -> tuple[type, tuple[str]]:
         return type(self), (self.library,)

@@ -10,6 +10,7 @@ from pathlib import Path
 from ..exceptions import GraspPlannerError
 from ..picture import draw_grasp
 from .errors import ResultsError
+from .report_page import PAGE
 from .report_plots import boxes, histograms, png_data, share_bars
 from .report_tables import failure_table, group_table, groups, numbers, share_of, table
 from .results import load_grasps, load_table
@@ -20,42 +21,15 @@ MAX_LISTED = 5000
 """Rows listed one by one."""
 MAX_GROUPS = 40
 """Most values of a column for a table of its own."""
+VIEWER_PORT = 8080
+"""Port of the links to the viewer; on the page it can be changed."""
+LINK_DIGITS = 16
+"""Digits of the run's hash that its links carry, so that no other run's viewer answers."""
 _COLUMNS = [
     *("row", "hand", "object", "object_kind", "task", "n_synergies", "seed", "status", "reason", "message"),
     *("feasible", "force_norm", "alignment_angle_deg", "objective", "force_weight", "task_weight", "time_s"),
     "version",
 ]
-
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<meta http-equiv="Content-Security-Policy"
- content="default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
-<meta name="viewport" content="width=device-width">
-<style>
-body {{ font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; color: #222; }}
-table {{ border-collapse: collapse; margin: .6rem 0 1.2rem; }}
-th, td {{ border-bottom: 1px solid #ddd; padding: .2rem .7rem; text-align: left; vertical-align: top; }}
-th {{ background: #f3f4f6; }} td {{ font-variant-numeric: tabular-nums; }}
-code {{ background: #f3f4f6; padding: 0 .25rem; white-space: nowrap; }}
-.plots {{ display: flex; flex-wrap: wrap; gap: 1rem; }} figure {{ margin: 0 0 1rem; }}
-img {{ max-width: 100%; border: 1px solid #ddd; }} input {{ font: inherit; width: 24rem; max-width: 100%; }}
-button {{ font: inherit; font-size: .8rem; }} .rows {{ overflow-x: auto; font-size: .85rem; }}
-</style></head><body>
-{body}
-<script>
-const box = document.getElementById("filter"), lines = [...document.querySelectorAll(".rows tbody tr")];
-box.addEventListener("input", () => {{
-  const words = box.value.toLowerCase().split(/\\s+/);
-  for (const line of lines) {{
-    const text = line.textContent.toLowerCase();
-    line.hidden = !words.every(word => text.includes(word));
-  }}
-}});
-document.addEventListener("click", event => {{
-  if (event.target.matches("code")) getSelection().selectAllChildren(event.target);
-}});
-</script></body></html>
-"""
 
 
 def write_report(folder: str | Path, output: Path | None = None, *, pictures: int = 6) -> Path:
@@ -77,7 +51,8 @@ def write_report(folder: str | Path, output: Path | None = None, *, pictures: in
     rows = load_table(folder, _COLUMNS).to_pylist()
     if not rows:
         raise ResultsError(folder, "no rows yet")
-    text = _PAGE.format(title=html.escape(f"Batch {folder.name}"), body=_body(folder, info, rows, pictures))
+    body = _body(folder, info, rows, pictures)
+    text = PAGE.format(title=html.escape(f"Batch {folder.name}"), body=body, run=info.spec_hash[:LINK_DIGITS])
     path = output or folder / "report.html"
     try:
         path.write_text(text, encoding="utf-8")
@@ -89,6 +64,12 @@ def write_report(folder: str | Path, output: Path | None = None, *, pictures: in
 def view_command(folder: str | Path, row: int) -> str:
     """Return the command that opens a row in the viewer."""
     return f"grasp-planner view {shlex.quote(str(folder))} --row {row}"
+
+
+def row_link(info: RunInfo, row: int, words: str) -> str:
+    """Return an HTML link that shows a row in the viewer of this run, while that runs on this machine."""
+    address = f"http://127.0.0.1:{VIEWER_PORT}/?run={info.spec_hash[:LINK_DIGITS]}&amp;row={row}"
+    return f'<a data-row="{row}" target="grasp-viewer" href="{address}">{html.escape(words)}</a>'
 
 
 def best_rows(rows: Sequence[Row], count: int) -> list[Row]:
@@ -112,7 +93,7 @@ def best_rows(rows: Sequence[Row], count: int) -> list[Row]:
 
 def _body(folder: Path, info: RunInfo, rows: Sequence[Row], pictures: int) -> str:
     """Return the body of the page."""
-    parts = [_summary(folder, info, rows), "<h2>Success</h2>"]
+    parts = [_summary(folder, info, rows), _viewer_note(folder, info), "<h2>Success</h2>"]
     for column, title in (
         ("hand", "hand"),
         ("object_kind", "shape"),
@@ -127,8 +108,8 @@ def _body(folder: Path, info: RunInfo, rows: Sequence[Row], pictures: int) -> st
             parts.append(f"<p>By {title}: {found} different values, not listed.</p>")
     parts += ["<h2>Distributions</h2>", _plots(rows)]
     parts += ["<h2>Failures by reason</h2>", failure_table(rows)]
-    parts += ["<h2>Best grasps</h2>", _pictures(folder, best_rows(rows, pictures))]
-    parts += ["<h2>Rows</h2>", _row_table(folder, rows)]
+    parts += ["<h2>Best grasps</h2>", _pictures(folder, info, best_rows(rows, pictures))]
+    parts += ["<h2>Rows</h2>", _row_table(folder, info, rows)]
     return "\n".join(parts)
 
 
@@ -164,7 +145,7 @@ def _plots(rows: Sequence[Row]) -> str:
     return '<div class="plots">' + "".join(f"<figure>{plot}</figure>" for plot in plots) + "</div>"
 
 
-def _pictures(folder: Path, rows: Sequence[Row]) -> str:
+def _pictures(folder: Path, info: RunInfo, rows: Sequence[Row]) -> str:
     """Return drawings of some rows."""
     parts = []
     for values in rows:
@@ -177,18 +158,43 @@ def _pictures(folder: Path, rows: Sequence[Row]) -> str:
         command = html.escape(view_command(folder, row))
         parts.append(
             f'<figure><img alt="grasp of row {row}" src="{png_data(draw_grasp(grasp))}">'
-            f"<figcaption>Row {row}: <code>{command}</code></figcaption></figure>"
+            f"<figcaption>{row_link(info, row, f'Row {row}')}: <code>{command}</code></figcaption></figure>"
         )
     return "".join(parts) or "<p>None is feasible.</p>"
 
 
-def _row_table(folder: Path, rows: Sequence[Row]) -> str:
-    """Return the list of rows, each with the command that opens it."""
-    head = ["row", "open it with", "status", "F [N]", "angle [°]", "time [s]", "hand", "object", "task", "n_s", "seed"]
+def _viewer_note(folder: Path, info: RunInfo) -> str:
+    """Return how rows are opened in the viewer."""
+    command = html.escape(f"grasp-planner view {shlex.quote(str(folder))}")
+    return (
+        f'<p class="note">The links show a row in the viewer while <code>{command}</code> runs on this machine. '
+        f'It prints its address; port <input id="port" type="number" min="1" max="65535" value="{VIEWER_PORT}"> '
+        f'if it is another. Row <input id="row" type="number" min="0" max="{info.cases - 1}" value="0"> '
+        f"{row_link(info, 0, 'open it').replace('<a ', '<a id=any ')}. With <code>--row K</code> "
+        "the command opens row K itself.</p>"
+    )
+
+
+def _row_table(folder: Path, info: RunInfo, rows: Sequence[Row]) -> str:
+    """Return the list of rows, each with a link and the command that opens it."""
+    head = [
+        "row",
+        "or open it with",
+        "status",
+        "F [N]",
+        "angle [°]",
+        "time [s]",
+        "hand",
+        "object",
+        "task",
+        "n_s",
+        "seed",
+    ]
     lines = []
     for values in rows[:MAX_LISTED]:
         figures = [values[key] for key in ("force_norm", "alignment_angle_deg", "time_s")]
-        cells = [str(values["row"]), f"<code>{html.escape(view_command(folder, int(values['row'])))}</code>"]
+        row = int(values["row"])
+        cells = [row_link(info, row, str(row)), f"<code>{html.escape(view_command(folder, row))}</code>"]
         cells += [html.escape(str(values["status"])), *("–" if value is None else f"{value:.3g}" for value in figures)]
         cells += [html.escape(str(values[key])) for key in ("hand", "object", "task", "n_synergies", "seed")]
         lines.append(cells)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import pyarrow as pa
-import pyarrow.compute as pc
 from pydantic import ValidationError
 
 from ..exceptions import InvalidValueError
@@ -18,6 +16,12 @@ from .arrow import read_part, schema_of, table_of
 from .errors import BatchDependencyError, ResultsError
 from .rows import record_of
 from .store import journal_rows, part_files, read_run_info
+
+try:
+    import pyarrow as pa
+    import pyarrow.compute as pc
+except ImportError:
+    raise BatchDependencyError("pyarrow") from None
 
 
 def load_table(folder: str | Path, columns: Sequence[str] | None = None) -> pa.Table:

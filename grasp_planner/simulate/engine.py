@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from ..exceptions import GraspPlannerError
@@ -29,3 +31,18 @@ def load_mujoco() -> Any:
         return importlib.import_module("mujoco")
     except ImportError:
         raise SimulationDependencyError("mujoco") from None
+
+
+@contextmanager
+def quiet_warnings() -> Iterator[None]:
+    """Keep MuJoCo from printing warnings and writing MUJOCO_LOG.TXT; a simulation that diverges is seen by its pose."""
+    mujoco = load_mujoco()
+    if not hasattr(mujoco, "set_mju_user_warning"):
+        yield
+        return
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)

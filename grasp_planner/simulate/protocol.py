@@ -109,8 +109,9 @@ DEXGRASPBENCH = Protocol(
     torsional_friction=0.02,
     rest_s=0.0,
     timestep=0.004,
-    solref=(0.005, 1.0),
-    solimp=(0.5, 0.99, 0.0001),
+    # Mean of the benchmark's hand (0.005, 1; 0.5, 0.99, 0.0001) and object (MuJoCo's defaults), as MuJoCo mixes them.
+    solref=(0.0125, 1.0),
+    solimp=(0.7, 0.97, 0.00055),
     impratio=10.0,
     noslip_iterations=2,
 )

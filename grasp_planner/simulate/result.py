@@ -24,6 +24,7 @@ class RestReport:
         normal_forces: Along the planned normals [N], of shape (n_c,).
         other_force: Size of the force of everything else of the hand [N].
         predicted_normal_forces: Of the plan [N], of shape (n_c,).
+        friction_use: |f_t| / (μ f_n) of every fingertip, 1 where it slides; 0 where it does not touch, of shape (n_c,).
     """
 
     held: bool
@@ -33,12 +34,13 @@ class RestReport:
     normal_forces: Array
     other_force: float
     predicted_normal_forces: Array
+    friction_use: Array
 
     @property
     def normal_force_error(self) -> float:
         """Norm of the difference of simulated and predicted normal forces, relative to F of the plan."""
         difference = np.linalg.norm(self.normal_forces - self.predicted_normal_forces)
-        return float(difference / np.linalg.norm(self.predicted_normal_forces))
+        return float(difference / max(float(np.linalg.norm(self.predicted_normal_forces)), 1e-12))
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 from ..grasp import Grasp
 from ..spatial import Array, positive
 from .closing import ReferencePath, free_posture, reference_path
+from .engine import quiet_warnings
 from .gate import GateReport, check_posture
 from .protocol import PLAN, Protocol
 from .result import DirectionReport, Frame, RestReport, Simulation
@@ -74,13 +75,14 @@ def simulate_grasp(
     directions: tuple[DirectionReport, ...] = ()
     frames = _Recorder(world, record)
     if all(gate.passed for gate in gates):
-        say("closing")
-        rest = _rest(world, path, frames)
-        say("pushing")
-        begin = world.save()
-        directions = push_all(world, begin, ladder=ladder)
-        if record:
-            _record_pushes(world, begin, frames)
+        with quiet_warnings():
+            say("closing")
+            rest = _rest(world, path, frames)
+            say("pushing")
+            begin = world.save()
+            directions = push_all(world, begin, ladder=ladder)
+            if record:
+                _record_pushes(world, begin, frames)
     return Simulation(
         grasp=tested,
         protocol=protocol,
@@ -159,14 +161,17 @@ def _rest(world: World, path: ReferencePath | None, recorder: _Recorder) -> Rest
         recorder.run(max(protocol.rest_s - MEAN_S, protocol.timestep))
     forces, others = _mean_forces(world)
     normals, predicted = grasp.contacts.normals, grasp.normal_forces
+    along = np.einsum("ij,ij->i", forces, normals)
+    across = np.linalg.norm(forces - along[:, None] * normals, axis=1)
     return RestReport(
         held=world.within_limits,
         displacement=world.displacement,
         rotation_deg=world.rotation_deg,
         forces=forces,
-        normal_forces=np.einsum("ij,ij->i", forces, normals),
+        normal_forces=along,
         other_force=float(np.linalg.norm(others)),
         predicted_normal_forces=np.array(predicted),
+        friction_use=np.where(along > 1e-6, across / np.maximum(world.scene.friction * along, 1e-9), 0.0),
     )
 
 

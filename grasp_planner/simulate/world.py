@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..exceptions import InvalidValueError
 from ..grasp import Grasp
 from ..spatial import Array
 from .engine import load_mujoco
@@ -40,7 +41,12 @@ class World:
         self.grasp, self.protocol = grasp, protocol
         self.scene: Scene = build_scene(grasp, protocol)
         self._mujoco = mujoco = load_mujoco()
-        self.model = mujoco.MjModel.from_xml_string(self.scene.xml)
+        try:
+            self.model = mujoco.MjModel.from_xml_string(self.scene.xml)
+        except ValueError as error:
+            reason = str(error).strip().splitlines()[0]
+            scene = f"{grasp.problem.hand.name}, {grasp.problem.grasp_object.text}"
+            raise InvalidValueError("scene", scene, f"what MuJoCo can build ({reason})") from None
         self.data = mujoco.MjData(self.model)
         model, hand = self.model, grasp.problem.hand
         names = tuple(hand.model.names)[1:]

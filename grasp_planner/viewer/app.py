@@ -7,16 +7,17 @@ import html
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import viser
 
 from ..exceptions import GraspPlannerError
 from ..grasp import Grasp
 from ..spatial import Array
 from ..starts import standard_start
 from . import text
-from .closing import approach, close_along
+from .animation import Animator
 from .draw_grasp import fitting_scale
 from .draw_hand import pose_of
 from .first_grasp import first_grasp
@@ -24,14 +25,23 @@ from .panel_display import DisplayPanel
 from .panel_grasp import GraspPanel
 from .panel_plan import PlanPanel
 from .panel_problem import ProblemPanel
+from .panel_run import RunPanel
 from .panel_share import SharePanel
 from .panel_synergies import SynergyPanel
 from .picture3d import Picture
 from .plan_control import PlanControl
+from .row_links import RowLinks
+from .run_control import RunControl
 from .server import LocalServer
-from .session import Preview, Session
+from .session import Session
 from .widgets import set_value
 from .worker import Worker
+
+if TYPE_CHECKING:
+    from ..batch import RunRows
+
+PANEL_WIDTH = 390
+"""Width of the panel on the right [pixels]; six tabs fit into one line."""
 
 
 class GraspViewer:
@@ -55,6 +65,7 @@ class GraspViewer:
         port: int = 0,
         allow_remote: bool = False,
         note: str = "",
+        rows: RunRows | None = None,
     ) -> None:
         """Start the server and show a grasp.
 
@@ -64,16 +75,27 @@ class GraspViewer:
             port: Port, or 0 for any.
             allow_remote: Whether addresses other than loopback are allowed.
             note: Where the grasp comes from.
+            rows: Rows of a batch run to go through, instead of a grasp.
+
+        Raises:
+            InvalidValueError: If the address is not loopback and that was not allowed.
+            GraspPlannerError: If the current row of the run can't be shown.
         """
+        if rows is not None:
+            grasp, note = rows.grasp()
         shown = grasp or first_grasp()
         self.server = LocalServer(host=host, port=port, allow_remote=allow_remote)
         self.session = Session(shown, note or ("a grasp to begin with" if grasp is None else "loaded"))
         self.picture = Picture(self.server)
         self.picture.aim(shown)
-        self._build_page()
+        self._build_page(rows)
         self.worker = Worker(self._redraw, self._report)
-        self.control = PlanControl(self.session, self.plan, self.worker, self._stop_animation, self._report)
+        self.animator = Animator(self.session, self.worker)
+        self.control = PlanControl(self.session, self.plan, self.worker, self.animator.stop, self._report)
         self.planning = self.control.planning
+        self.run: RunControl | None = None
+        if rows is not None:
+            self.run = RunControl(self.session, rows, self.run_panel, self.animator.stop, self.picture.aim)
         self._connect()
         self.worker.submit(lambda: None)
 
@@ -88,12 +110,16 @@ class GraspViewer:
         self.worker.stop()
         self.server.stop()
 
-    def _build_page(self) -> None:
+    def _build_page(self, rows: RunRows | None) -> None:
         """Add all widgets."""
         gui = self.server.gui
         gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL_WIDTH)
         self.verdict = gui.add_html("")
         tabs = gui.add_tab_group()
+        if rows is not None:
+            with tabs.add_tab("Run"):
+                self.run_panel = RunPanel(gui, rows, lambda: self._later(self._choose_rows, "filter"))
         with tabs.add_tab("Grasp"):
             self.grasp_panel = GraspPanel.add(gui)
         with tabs.add_tab("Synergies"):
@@ -112,7 +138,7 @@ class GraspViewer:
         session, panel = self.session, self.synergies
         panel.count.on_update(lambda _: self._later(self._apply_count, "count"))
         panel.reset.on_click(lambda _: self._later(session.reset_posture))
-        panel.close.on_click(lambda _: self._later(self._close))
+        panel.close.on_click(lambda _: self._later(lambda: self.animator.close(int(panel.which.value) - 1)))
         for widget in (panel.automatic, panel.squeeze):
             widget.on_update(lambda _: self._later(self._apply_squeeze, "squeeze"))
         for box in (panel.move_hand, panel.move_object):
@@ -126,22 +152,27 @@ class GraspViewer:
         )
         picture.clicked = lambda what: self._later(lambda: self._select(what))
         picture.task_dragged = lambda point: self._later(lambda: self._turn_task(point), "task")
-        self.grasp_panel.play.on_click(lambda _: self._later(self._play))
+        self.display.look.on_click(lambda event: self._look(event.client))
+        self.grasp_panel.play.on_click(lambda _: self._later(self.animator.play))
         self.grasp_panel.pin.on_click(lambda _: self._later(self._pin))
         self.grasp_panel.unpin.on_click(lambda _: self._later(self._unpin))
         self.plan.plan.on_click(lambda _: self._later(self.control.start))
         self.plan.cancel.on_click(lambda _: self.planning.cancel())
         self.plan.show_preset.on_click(lambda _: self._later(self.control.start_preset))
         self.plan.browse.on_click(lambda _: self._later(self.control.browse))
+        if self.run is not None:
+            self.run.connect(self._later)
+        self.links = RowLinks(self.server, self.run, self._later)
         self._add_commands()
 
     def _add_commands(self) -> None:
         """Add the commands of the palette (Ctrl/Cmd + K) with their keys."""
         commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
-            ("Play closing", "C", self._play),
+            ("Play closing", "C", self.animator.play),
             ("Plan", "P", self.control.start),
             ("Pin this grasp", "B", self._pin),
-            ("Next result", "N", lambda: self.control.step(1)),
+            ("Next result, or next row of the run", "N", lambda: self._step(1)),
+            ("Previous result, or previous row of the run", "V", lambda: self._step(-1)),
         )
         for label, key, action in commands:
             command = self.server.gui.add_command(label, hotkey=key)
@@ -155,6 +186,18 @@ class GraspViewer:
         """Have the worker do something, unless the worker itself has moved the widget."""
         if not self.worker.is_current:
             self.worker.submit(action, key)
+
+    def _step(self, by: int) -> None:
+        """Show the next result of the last search, or else the next row of the run."""
+        if self.run is not None and not self.session.results:
+            self.run.step(by)
+        else:
+            self.control.step(by)
+
+    def _choose_rows(self) -> None:
+        """Filter the rows of the run."""
+        if self.run is not None:
+            self.run.choose()
 
     def _redraw(self) -> None:
         """Bring the page up to date; called by the worker."""
@@ -186,15 +229,9 @@ class GraspViewer:
         """Have everything drawn again."""
         self.session.dirty = True
 
-    def _stop_animation(self) -> None:
-        """Leave an animation, with the grasp as it was."""
-        self.worker.animate(None)
-        self.session.preview = None
-        self.session.dirty = True
-
     def _apply_sigma(self) -> None:
         """Move the hand as the synergy sliders say."""
-        self._stop_animation()
+        self.animator.stop()
         self.session.set_sigma(self.synergies.sigma)
 
     def _apply_count(self) -> None:
@@ -213,7 +250,7 @@ class GraspViewer:
         """Change the problem as the widgets say; a new hand or object starts in front of the hand."""
         before = self.session.problem
         problem = self.problem.problem(before)
-        self._stop_animation()
+        self.animator.stop()
         if problem.hand is not before.hand or problem.grasp_object.kind != before.grasp_object.kind:
             start = standard_start(problem)
             grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
@@ -230,6 +267,12 @@ class GraspViewer:
             set_value(self.problem.direction, tuple(float(round(value, 3)) for value in direction / length))
             self._apply_problem()
 
+    def _look(self, client: viser.ClientHandle | None) -> None:
+        """Move the camera of a page, of all without one, to a good view."""
+        clients = list(self.server.get_clients().values()) if client is None else [client]
+        for each in clients:
+            self._later(partial(self.picture.look, session=self.session, client=each))
+
     def _select(self, what: tuple[str, int | str]) -> None:
         """Select a contact or a link."""
         self.session.selected = what
@@ -244,36 +287,3 @@ class GraspViewer:
         """Forget the pinned grasp."""
         self.session.pinned = None
         self.session.dirty = True
-
-    def _play(self) -> None:
-        """Open the hand and close it into the grasp again."""
-        self._stop_animation()
-        grasp = self.session.grasp
-        self._animate(approach(grasp), "Closing along the synergies", None)
-
-    def _close(self) -> None:
-        """Close along one synergy until every fingertip touches."""
-        self._stop_animation()
-        index = int(self.synergies.which.value) - 1
-        path = close_along(self.session.grasp, min(index, self.session.problem.n_synergies - 1))
-        reached = "all fingertips touch" if not path.missed else f"not reached: {', '.join(path.missed)}"
-        note = f"closed along synergy {index + 1}; {reached}"
-        self._animate(path.postures, f"Closing along synergy {index + 1}", note)
-
-    def _animate(self, postures: Array, message: str, note: str | None) -> None:
-        """Show postures one after the other, then the grasp as it was, or the last posture."""
-        session, problem = self.session, self.session.problem
-        palm, rest = session.live.palm_pose, iter(postures)
-        nothing = np.zeros(problem.n_synergies)
-
-        def step() -> bool:
-            q = next(rest, None)
-            if q is None:
-                session.preview, session.dirty = None, True
-                if note is not None:
-                    session.set_posture(postures[-1], note)
-                return False
-            session.preview, session.dirty = Preview(Grasp(problem, q, palm, nothing), message), True
-            return True
-
-        self.worker.animate(step)

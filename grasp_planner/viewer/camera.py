@@ -7,6 +7,7 @@ import numpy as np
 from ..grasp import Grasp
 from ..meshes import link_meshes, link_placements
 from ..spatial import Array
+from .look import TASK_LENGTH
 
 FIELD_OF_VIEW = 0.7
 """Vertical field of view of the camera [rad]."""
@@ -28,7 +29,7 @@ def good_view(grasp: Grasp) -> tuple[Array, Array]:
     """
     cloud = _surface(grasp)
     extents = grasp.problem.grasp_object.half_extents
-    corners = np.vstack([cloud, extents, -extents])
+    corners = np.vstack([cloud, extents, -extents, TASK_LENGTH * _task_direction(grasp)])
     target = 0.5 * grasp.contacts.points.mean(axis=0) + 0.25 * (corners.min(axis=0) + corners.max(axis=0))
     reach = float(np.linalg.norm(cloud - target, axis=1).max())
     distance = 0.92 * reach / np.tan(FIELD_OF_VIEW / 2.0)
@@ -53,9 +54,14 @@ def _score(grasp: Grasp, eye: Array, cloud: Array) -> float:
         hiding = (away < NARROW) & (along < length - 1e-3) & (np.linalg.norm(cloud - point, axis=1) > OWN_LINK)
         seen += 0.0 if hiding.any() else 1.0 + 0.3 * float(1.0 - abs(normal @ ray))
     view = -eye / np.linalg.norm(eye)
+    return seen + 1.5 * float(1.0 - abs(view @ _task_direction(grasp))) - 0.5 * abs(float(view[2]))
+
+
+def _task_direction(grasp: Grasp) -> Array:
+    """Return the unit direction of the first task, linear or else angular, of shape (3,)."""
     task = grasp.problem.tasks[0].direction
     part = task[:3] if task[:3].any() else task[3:]
-    return seen + 1.5 * float(1.0 - abs(view @ part) / np.linalg.norm(part)) - 0.5 * abs(float(view[2]))
+    return part / np.linalg.norm(part)
 
 
 def _surface(grasp: Grasp) -> Array:

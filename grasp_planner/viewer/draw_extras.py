@@ -1,6 +1,12 @@
-"""Joint torques and clearances in the scene, in the frame O of the object."""
+"""Small drawings beside the grasp itself, each in a class of its own, in the frame O of the object.
+
+To draw something more, write a class like these and list it in ``EXTRAS``; a check box for it is a field of
+:class:`DisplayOptions` and a line in :mod:`~grasp_planner.viewer.panel_display`.
+"""
 
 from __future__ import annotations
+
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -11,36 +17,71 @@ from ..spatial import Array
 from . import look
 from .clearances import closest_lines
 from .draw_grasp import ROOT, DisplayOptions
+from .margin import MarginDrawing
 
 
-class ExtrasDrawing:
-    """Arrows of the joint torques, along the joint axes, and lines between closest points."""
+class ExtraDrawing(Protocol):
+    """A drawing that follows the grasp; made anew, with the scene, when the hand or the object changes."""
+
+    def __init__(self, scene: viser.SceneApi) -> None: ...
+
+    def draw(self, grasp: Grasp, options: DisplayOptions, *, in_contact: bool) -> None:
+        """Show what is asked for.
+
+        Args:
+            grasp: The grasp, or a posture on its way.
+            options: What to show.
+            in_contact: Whether there are contact forces.
+        """
+
+
+class TorqueDrawing:
+    """Arrows of the joint torques, along the joint axes."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         none = np.zeros((1, 2, 3), np.float32)
         self._torques = scene.add_arrows(
             f"{ROOT}/torques", none, look.TORQUE, shaft_radius=0.0014, head_radius=0.0034, head_length=0.006
         )
+
+    def draw(self, grasp: Grasp, options: DisplayOptions, *, in_contact: bool) -> None:
+        """Show the torques; see :class:`ExtraDrawing`."""
+        self._torques.visible = options.torques and in_contact
+        if options.torques and in_contact:
+            self._torques.points = torque_arrows(grasp).astype(np.float32)
+
+
+class ClearanceDrawing:
+    """Lines between closest points."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        none = np.zeros((1, 2, 3), np.float32)
         self._lines = scene.add_line_segments(
             f"{ROOT}/clearances", none, look.SELECTED, thickness=2.0, thickness_units="screen"
         )
 
     def draw(self, grasp: Grasp, options: DisplayOptions, *, in_contact: bool) -> None:
-        """Show what is asked for.
-
-        Args:
-            grasp: The grasp.
-            options: What to show.
-            in_contact: Whether there are contact forces.
-        """
-        self._torques.visible = options.torques and in_contact
-        if options.torques and in_contact:
-            self._torques.points = torque_arrows(grasp).astype(np.float32)
+        """Show the lines; see :class:`ExtraDrawing`."""
         lines = closest_lines(grasp) if options.clearances else np.zeros((0, 2, 3))
         self._lines.visible = bool(len(lines))
         if len(lines):
             # Where coal leaves a witness point open it may be huge, beyond single precision.
             self._lines.points = np.clip(lines, -1e3, 1e3).astype(np.float32)
+
+
+class WeakestPushDrawing:
+    """The arrow of the push that the grasp resists least."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._drawing = MarginDrawing(scene)
+
+    def draw(self, grasp: Grasp, options: DisplayOptions, *, in_contact: bool) -> None:
+        """Show the arrow; see :class:`ExtraDrawing`."""
+        self._drawing.draw(grasp, shown=options.margin and in_contact)
+
+
+EXTRAS: tuple[type[ExtraDrawing], ...] = (TorqueDrawing, ClearanceDrawing, WeakestPushDrawing)
+"""All of them."""
 
 
 def torque_arrows(grasp: Grasp) -> Array:

@@ -47,6 +47,7 @@ class DisplayOptions:
     pinned_ghost: bool = True
     torques: bool = False
     clearances: bool = True
+    margin: bool = False
     labels: bool = False
     force_scale: float = look.FORCE_SCALE_MM
 
@@ -64,6 +65,7 @@ class GraspDrawing:
     def __init__(self, scene: viser.SceneApi, problem: GraspProblem) -> None:
         self.problem = problem
         self.notes: list[str] = []
+        self._marked = -1
         self._scene = scene
         self._root = scene.add_frame(ROOT, show_axes=False)
         self._ellipsoids: dict[str, Any] = {}
@@ -111,6 +113,15 @@ class GraspDrawing:
             index = [frame.name for frame in self.problem.frames].index(name)
             label.position = points[index] - 0.012 * normals[index]
             label.visible = options.labels
+
+    def mark(self, contact: int) -> None:
+        """Show one contact in the colour of what is selected, by its index; none if negative."""
+        if contact != self._marked:
+            self._marked = contact
+            colours = np.tile(look.CONTACT, (len(self.problem.frames), 1))
+            if 0 <= contact < len(colours):
+                colours[contact] = look.SELECTED
+            self.contact_handle.batched_colors = colours.astype(np.uint8)
 
     def _add_contacts(self) -> None:
         """Add dots, labels and friction cones."""

@@ -49,7 +49,8 @@ class HandDrawing:
         self.meshes: dict[str, viser.MeshHandle] = {}
         self.links: dict[str, str] = {}
         self._colours: dict[str, look.Colour] = {}
-        self._tips = {frame.joint_id for name in hand.contact_set_names for frame in hand.contact_frames(name)}
+        # Of the standard contacts only: those of power grasps are on every link.
+        self._tips = {frame.joint_id for frame in hand.contact_frames(None)}
         self._data = hand.model.createData()
         self._root = scene.add_frame(name, show_axes=False, visible=visible)
         self._placements: list[Array] = [np.eye(4)] * hand.model.njoints

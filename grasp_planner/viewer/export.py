@@ -17,6 +17,8 @@ from .text import export_overlay
 FRAMES = 45
 """Postures of the closing animation."""
 RATE_HZ = 30.0
+ASIDE = 0.1
+"""How far to the right the grasp is seen, beside its numbers, as a share of the camera's distance."""
 REST_S = 2.0
 """How long the closed grasp rests before the animation starts again [s]."""
 
@@ -36,7 +38,7 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
     try:
         session = Session(grasp)
         picture = Picture(server)
-        picture.aim(grasp)
+        picture.aim(grasp, aside=ASIDE)
         options = DisplayOptions(force_scale=fitting_scale(grasp))
         picture.draw(session, options)
         server.flush()

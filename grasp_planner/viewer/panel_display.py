@@ -21,6 +21,7 @@ BOXES = (
     ("torque_ellipsoid", "Torque ellipsoid", "The same for torques"),
     ("velocity_ellipsoid", "Velocity ellipsoid", "Motions per unit of synergy speed; needs 6 synergies"),
     ("torques", "Joint torques", "Arrows along the joint axes"),
+    ("margin", "Weakest push", "The push in newtons it resists least: beyond its length the grasp gives way"),
     ("reference_ghost", "Reference posture q_r", "Where the synergies alone would put the hand; springs do the rest"),
     ("seed_ghost", "Start of the search", ""),
     ("pinned_ghost", "Pinned grasp", ""),
@@ -33,6 +34,7 @@ class DisplayPanel:
 
     def __init__(self, gui: viser.GuiApi, changed: Callable[[], None], force_scale: float) -> None:
         initial = DisplayOptions()
+        self.look = gui.add_button("Look at the grasp", icon=viser.Icon.FOCUS_CENTERED, hint="From where most is seen")
         self.boxes: dict[str, viser.GuiCheckboxHandle] = {}
         for name, label, hint in BOXES:
             self.boxes[name] = gui.add_checkbox(label, bool(getattr(initial, name)), hint=hint or None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,29 @@ LEGEND = (
 )
 
 
+@dataclass(frozen=True)
+class Block:
+    """A folder of the tab with a text about the grasp.
+
+    Attributes:
+        title: Its heading.
+        words: Gives the text (Markdown) for a grasp and whether its fingertips touch, so that there are forces.
+        open: Whether it is open at first.
+    """
+
+    title: str
+    words: Callable[[Grasp, bool], str]
+    open: bool = False
+
+
+BLOCKS = (
+    Block("Contacts", lambda grasp, touching: text.contact_table(grasp, in_contact=touching), open=True),
+    Block("All requirements", lambda grasp, _: text.violation_table(grasp)),
+    Block("Joints and torques", lambda grasp, _: text.joint_table(grasp)),
+)
+"""All folders, in their order; to tell more about a grasp, add one."""
+
+
 @dataclass
 class GraspPanel:
     """Widgets of the first tab.
@@ -45,9 +69,7 @@ class GraspPanel:
     _story: viser.GuiMarkdownHandle
     _selected: viser.GuiMarkdownHandle
     _compared: viser.GuiMarkdownHandle
-    _contacts: viser.GuiMarkdownHandle
-    _violations: viser.GuiMarkdownHandle
-    _joints: viser.GuiMarkdownHandle
+    _blocks: list[viser.GuiMarkdownHandle]
 
     @classmethod
     def add(cls, gui: viser.GuiApi) -> GraspPanel:
@@ -60,22 +82,19 @@ class GraspPanel:
             pin = gui.add_button("Pin this grasp", icon=viser.Icon.PIN, hint="Keep it as a ghost to compare with")
             unpin = gui.add_button("Unpin", visible=False)
             compared = gui.add_markdown("*Pin a grasp, then plan or move: both are drawn and listed side by side.*")
-        with gui.add_folder("Contacts"):
-            contacts = gui.add_markdown("")
-        with gui.add_folder("All requirements", expand_by_default=False):
-            violations = gui.add_markdown("")
-        with gui.add_folder("Joints and torques", expand_by_default=False):
-            joints = gui.add_markdown("")
-        return cls(play, pin, unpin, story, selected, compared, contacts, violations, joints)
+        blocks = []
+        for block in BLOCKS:
+            with gui.add_folder(block.title, expand_by_default=block.open):
+                blocks.append(gui.add_markdown(""))
+        return cls(play, pin, unpin, story, selected, compared, blocks)
 
     def show(self, session: Session) -> None:
         """Show the numbers of the grasp."""
         grasp = session.grasp
         touching = contact_share(grasp) > 0.0
         self._story.content = text.story(grasp)
-        self._contacts.content = text.contact_table(grasp, in_contact=touching)
-        self._violations.content = text.violation_table(grasp)
-        self._joints.content = text.joint_table(grasp)
+        for block, widget in zip(BLOCKS, self._blocks, strict=True):
+            widget.content = block.words(grasp, touching)
         self.unpin.visible = session.pinned is not None
         if session.pinned is not None:
             self._compared.content = text.compare_table(grasp, session.pinned)

@@ -21,6 +21,9 @@ class PlanPanel:
     def __init__(self, gui: viser.GuiApi) -> None:
         self._gui = gui
         self.preset = gui.add_dropdown("Figures of the paper", tuple(paper_presets()))
+        self._about = gui.add_markdown("")
+        self.preset.on_update(lambda _: self._describe_preset())
+        self._describe_preset()
         self.show_preset = gui.add_button("Plan this figure", icon=viser.Icon.PHOTO)
         gui.add_divider()
         self.plan = gui.add_button("Plan", color="green", icon=viser.Icon.ROCKET, hint="Search in the background")
@@ -36,6 +39,10 @@ class PlanPanel:
             self.starts = gui.add_number("Most starts", 40, min=1, max=500, step=1)
             self.enough = gui.add_number("Feasible grasps wanted", 4, min=1, max=50, step=1)
             self.from_here = gui.add_checkbox("Start from the hand as it is", False)
+
+    def _describe_preset(self) -> None:
+        """Say what the chosen figure shows."""
+        self._about.content = paper_presets()[self.preset.value].about
 
     def show(self, session: Session) -> None:
         """Show the ranked results."""

@@ -15,7 +15,7 @@ from ..spatial import Array
 from . import look
 from .camera import FIELD_OF_VIEW, good_view
 from .clearances import link_clearances
-from .draw_extras import ExtrasDrawing
+from .draw_extras import EXTRAS, ExtraDrawing
 from .draw_grasp import DisplayOptions, GraspDrawing
 from .draw_hand import HandDrawing, place
 from .live import contact_share
@@ -42,7 +42,7 @@ class Picture:
         self._hand: HandDrawing | None = None
         self._ghosts: dict[str, HandDrawing] = {}
         self._grasp: GraspDrawing | None = None
-        self._extras: ExtrasDrawing | None = None
+        self._extras: list[ExtraDrawing] = []
         self._clickable = True
         self._gizmo_version = -1
         self._set_stage()
@@ -65,9 +65,11 @@ class Picture:
             self._hand.move(grasp.joint_angles, palm)
             self._grasp.move(live.object_pose)
             self._grasp.draw(grasp, options)
-            assert self._extras is not None
+            kind, which = session.selected or ("", -1)
+            self._grasp.mark(int(which) if kind == "contact" else -1)
             touching = session.preview is None and contact_share(grasp) > 0.0
-            self._extras.draw(grasp, options, in_contact=touching)
+            for extra in self._extras:
+                extra.draw(grasp, options, in_contact=touching)
             if session.preview is None:
                 self._paint(session, options)
                 self._draw_ghosts(session, options)
@@ -83,12 +85,29 @@ class Picture:
             self._clickable = not self._clickable
             self._bind_clicks()
 
-    def aim(self, grasp: Grasp) -> None:
-        """Point the start camera at a grasp: where most of its contacts are seen."""
+    def aim(self, grasp: Grasp, *, aside: float = 0.0) -> None:
+        """Point the start camera at a grasp: where most of its contacts are seen.
+
+        Args:
+            grasp: The grasp.
+            aside: How far to the right of the middle the grasp is to be seen, as a share of its distance.
+        """
         position, target = good_view(grasp)
+        if aside:
+            right = np.cross(target - position, [0.0, 0.0, 1.0])
+            shift = aside * np.linalg.norm(target - position) * right / np.linalg.norm(right)
+            position, target = position - shift, target - shift
         initial = self._server.initial_camera
         initial.position, initial.look_at = tuple(position), tuple(target)
         initial.fov = FIELD_OF_VIEW
+
+    def look(self, session: Session, client: viser.ClientHandle) -> None:
+        """Move the camera of one page to a good view on the grasp shown."""
+        position, target = good_view(session.grasp)
+        pose = session.live.object_pose
+        with client.atomic():
+            client.camera.position, client.camera.look_at = pose.act(position), pose.act(target)
+            client.camera.up_direction, client.camera.fov = (0.0, 0.0, 1.0), FIELD_OF_VIEW
 
     def _set_stage(self) -> None:
         """Set light, ground and axes."""
@@ -128,7 +147,7 @@ class Picture:
         if self._grasp is not None:
             self._grasp.remove()
         self._grasp = GraspDrawing(self._scene, problem)
-        self._extras = ExtrasDrawing(self._scene)
+        self._extras = [extra(self._scene) for extra in EXTRAS]
         self._key = key
         self._bind_clicks()
 

@@ -9,10 +9,10 @@ import numpy as np
 import pinocchio as pin
 
 from ..grasp import Grasp, IterationRecord
-from ..starts import GraspStart, standard_start
+from ..starts import standard_start
 from .panel_plan import PlanPanel
 from .planning import Outcome, PlanEvents, PlanningProcess, PlanRequest
-from .presets import paper_presets
+from .presets import ENOUGH, paper_presets
 from .session import Preview, Session
 from .widgets import set_value
 from .worker import Worker
@@ -51,22 +51,26 @@ class PlanControl:
         problem = paper_presets()[self.panel.preset.value].problem()
         start = standard_start(problem)
         self.session.show(Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma), "to be planned")
-        self.start()
+        self._start(enough=ENOUGH, from_here=False)
 
     def start(self) -> None:
+        """Start planning for the problem shown, as the widgets say."""
+        self._start(enough=int(self.panel.enough.value), from_here=self.panel.from_here.value)
+
+    def _start(self, *, enough: int, from_here: bool) -> None:
         """Start planning for the problem shown."""
         self._stop_animation()
         session, plan = self.session, self.panel
         here, problem = session.grasp, session.problem
+        given = (here.joint_angles, here.palm_pose.homogeneous, here.delta_sigma) if from_here else None
         start = standard_start(problem)
-        if plan.from_here.value:
-            start = GraspStart(here.joint_angles, here.palm_pose, here.delta_sigma)
+        seed = here if given else Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
         request = PlanRequest(
             problem=problem,
             seed=int(plan.seed.value),
             starts=int(plan.starts.value),
-            enough=int(plan.enough.value),
-            start=(start.joint_angles, start.palm_pose.homogeneous, start.delta_sigma),
+            enough=enough,
+            start=given,
         )
         events = PlanEvents(
             progress=lambda records: self.worker.submit(lambda: self._show_progress(request, records)),
@@ -76,9 +80,9 @@ class PlanControl:
         if not self.planning.start(request, events):
             return
         self._object_pose, self._moves = session.live.object_pose, session.moves
-        session.results, session.seed = [], Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+        session.results, session.seed = [], seed
         plan.set_running(True)
-        plan.status.content = "starting …"
+        plan.status.content = "preparing starts …"
 
     def _show_progress(self, request: PlanRequest, records: list[IterationRecord]) -> None:
         """Show the newest iteration of the search."""

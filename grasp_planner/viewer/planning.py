@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any, Literal
 
-import numpy as np
 import pinocchio as pin
 
 from ..exceptions import GraspPlannerError
@@ -19,7 +18,7 @@ from ..grasp import Grasp, IterationRecord, SearchReport
 from ..planner import PlannerOptions, plan_grasp
 from ..problem import GraspProblem
 from ..spatial import Array
-from ..starts import GraspStart, random_start, standard_start
+from ..starts import GraspStart
 
 GRACE_S = 0.12
 """How long a cancelled search may take to stop by itself before its process is ended [s]."""
@@ -38,7 +37,7 @@ class PlanRequest:
         seed: Seed of the random starts.
         starts: Most starts.
         enough: Feasible grasps after which the search ends.
-        start: First start; the standard one if None: (q, pose as 4 x 4, δσ).
+        start: First start, the planner's own if None: (q, pose as 4 x 4, δσ).
     """
 
     problem: GraspProblem
@@ -196,56 +195,47 @@ def planning_main(connection: Connection, cancelled: Any) -> None:
 
 
 def _search(connection: Connection, job: int, request: PlanRequest, cancelled: Any) -> tuple[Outcome, str]:
-    """Plan from one start after the other, as :func:`plan_grasp` does, and send every result."""
-    problem, rng = request.problem, np.random.default_rng(request.seed)
+    """Plan, and send the iterations and what every start ends at."""
     waiting: list[IterationRecord] = []
     last_sent = 0.0
-    feasible = tried = 0
 
     def report(record: IterationRecord) -> None:
         nonlocal last_sent
-        waiting.append(replace(record, start=tried))
+        waiting.append(record)
         if time.perf_counter() - last_sent >= PROGRESS_PERIOD_S:
             connection.send((job, "progress", waiting))
             waiting.clear()
             last_sent = time.perf_counter()
 
-    began = time.perf_counter()
-    while tried < request.starts and feasible < request.enough:
-        start = random_start(problem, rng) if tried else _first_start(request)
-        grasp = _plan_from(problem, request.seed, start, report, cancelled)
-        if cancelled.is_set():
-            return "cancelled", f"cancelled after {tried} starts"
-        tried += 1
-        if grasp is None:
-            continue
-        feasible += grasp.feasible
+    def send(grasp: Grasp) -> None:
         assert grasp.search is not None
-        search = replace(
-            grasp.search, history=(), starts_tried=tried, starts_feasible=feasible, time_s=time.perf_counter() - began
-        )
-        content = (grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, search)
-        connection.send((job, "result", content))
-    return "done", f"{feasible} feasible of {tried} starts in {time.perf_counter() - began:.1f} s"
+        # What a cancelled search was at is no result.
+        if not cancelled.is_set():
+            search = replace(grasp.search, history=())
+            connection.send(
+                (job, "result", (grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, search))
+            )
+
+    best = plan_grasp(
+        request.problem,
+        seed=request.seed,
+        options=PlannerOptions(starts=request.starts, enough=request.enough),
+        start=_first_start(request),
+        callback=report,
+        cancel=cancelled.is_set,
+        result_callback=send,
+    )
+    assert best.search is not None
+    tried = f"{best.search.starts_tried} start{'s' if best.search.starts_tried != 1 else ''}"
+    if cancelled.is_set():
+        return "cancelled", f"cancelled after {tried}"
+    return "done", f"{best.search.starts_feasible} feasible of {tried} in {best.search.time_s:.1f} s"
 
 
-def _plan_from(
-    problem: GraspProblem, seed: int, start: GraspStart, report: Callable[[IterationRecord], None], cancelled: Any
-) -> Grasp | None:
-    """Plan from one start; None if the numbers blow up on the way from there."""
-    options = PlannerOptions(starts=1, enough=1)
-    try:
-        return plan_grasp(problem, seed=seed, options=options, start=start, callback=report, cancel=cancelled.is_set)
-    except GraspPlannerError:
-        raise
-    except (ValueError, ArithmeticError, np.linalg.LinAlgError):
-        return None
-
-
-def _first_start(request: PlanRequest) -> GraspStart:
-    """Return the start given, or the standard one."""
+def _first_start(request: PlanRequest) -> GraspStart | None:
+    """Return the start given, if there is one."""
     if request.start is None:
-        return standard_start(request.problem)
+        return None
     q, pose, delta_sigma = request.start
     return GraspStart(q, pin.SE3(pose), delta_sigma)
 

@@ -10,7 +10,7 @@ import re
 import threading
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import parse_qsl, urlsplit
 
 import viser
 import websockets.asyncio.server as websocket_server
@@ -35,6 +35,10 @@ class LocalServer(viser.ViserServer):
 
     A page of another origin gets HTTP 403 at the websocket. The public sharing tunnel can't be opened.
     Widget values are cut to the range of their widget before anyone sees them; uploads are limited in size.
+
+    Attributes:
+        page_asked: Called with the query of the address (such as ``?row=3``) when a person opens the page; from the
+            thread of the network.
     """
 
     def __init__(self, *, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False) -> None:
@@ -51,7 +55,9 @@ class LocalServer(viser.ViserServer):
         if host not in LOOPBACK and not allow_remote:
             raise InvalidValueError("host", host, "127.0.0.1 unless --allow-remote is given")
         hosts = [*LOOPBACK, host]
-        with _checked_origins(hosts, any_host=host in ("0.0.0.0", "::")), contextlib.redirect_stdout(io.StringIO()):
+        self.page_asked: Callable[[dict[str, str]], None] = lambda _: None
+        checked = _checked_requests(hosts, any_host=host in ("0.0.0.0", "::"), opened=self._opened)
+        with checked, contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=port, label="Grasp viewer", verbose=False)
         self._guard()
         self.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
@@ -70,6 +76,13 @@ class LocalServer(viser.ViserServer):
         """Stop without a word on the terminal."""
         with contextlib.redirect_stdout(io.StringIO()):
             super().stop()
+
+    def _opened(self, request: Any) -> None:
+        """Pass on the query of a page that a person opens; not of what another page fetches or embeds."""
+        address = urlsplit(request.path)
+        navigation = request.headers.get("Sec-Fetch-Mode"), request.headers.get("Sec-Fetch-Dest")
+        if address.path == "/" and address.query and navigation == ("navigate", "document"):
+            self.page_asked(dict(parse_qsl(address.query[:MAX_TEXT])))
 
     def _guard(self) -> None:
         """Put checks in front of the handlers of everything that a page can send."""
@@ -174,8 +187,8 @@ async def _wait(result: Awaitable[Any]) -> None:
 
 
 @contextlib.contextmanager
-def _checked_origins(hosts: list[str], *, any_host: bool) -> Iterator[None]:
-    """Make websocket servers created meanwhile refuse pages of other origins (HTTP 403)."""
+def _checked_requests(hosts: list[str], *, any_host: bool, opened: Callable[[Any], None]) -> Iterator[None]:
+    """Make websocket servers created meanwhile refuse pages of other origins (HTTP 403) and report opened pages."""
     names = "|".join(re.escape(f"[{host}]" if ":" in host else host) for host in hosts)
     # On all interfaces the names of the machine are not known; the page's origin has to be the host it asked for.
     pattern = re.compile(r"https?://[^/]+" if any_host else rf"https?://({names})(:\d+)?")
@@ -187,6 +200,8 @@ def _checked_origins(hosts: list[str], *, any_host: bool) -> Iterator[None]:
                 origin = request.headers.get("Origin")
                 if origin is not None and urlsplit(origin).netloc != request.headers.get("Host"):
                     return connection.respond(403, "foreign origin\n")
+                if request.headers.get("Upgrade") is None:
+                    opened(request)
                 return process_request(connection, request) if process_request is not None else None
 
             return original(*args, process_request=check, origins=[pattern, None], **kwargs)

@@ -6,6 +6,7 @@ import html
 import math
 
 from ..grasp import FEASIBILITY_TOLERANCE, Grasp
+from .clearances import link_clearances
 from .live import contact_share
 from .margin import withstands
 
@@ -110,6 +111,11 @@ def verdict_card(grasp: Grasp, note: str = "") -> str:
             "<div>Every fingertip touches, every force is inside its friction cone, all balances the weight, "
             "and the contacts are force-closed.</div>"
         )
+        if links_penetrate(grasp):
+            lines += (
+                f"<div style='color:{AMBER}'>• Links pass through the object or through each other: this problem does "
+                "not ask them to keep clear (tab Plan, Collisions).</div>"
+            )
     cells = "".join(_cell(*entry) for entry in headline(grasp))
     below = f"<div style='opacity:.75;margin-top:6px'>{html.escape(note)}</div>" if note else ""
     return (
@@ -117,6 +123,11 @@ def verdict_card(grasp: Grasp, note: str = "") -> str:
         f"<div style='font-weight:700;font-size:15px;color:{colour}'>{'✔' if good else '✘'} {word}</div>{lines}"
         f"<div style='display:flex;gap:6px;margin-top:8px'>{cells}</div>{below}</div>"
     )
+
+
+def links_penetrate(grasp: Grasp) -> bool:
+    """Return whether links overlap the object or each other by more than 0.1 mm, whether that is asked for or not."""
+    return any(distance < -1e-4 for distance, _ in link_clearances(grasp).values())
 
 
 def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
@@ -229,7 +240,7 @@ def contact_details(grasp: Grasp, index: int) -> str:
     point = ", ".join(f"{1e3 * value:.1f}" for value in grasp.contacts.points[index])
     return (
         f"**Contact {frame.name}** on {frame.link}\n\n"
-        f"- point in O: ({point}) mm, gap {number(1e3 * float(grasp.contacts.gaps[index]))} mm\n"
+        f"- point in O: ({point}) mm, gap {fixed(1e3 * float(grasp.contacts.gaps[index]), 3)} mm\n"
         f"- normal force {number(normal)} N, tangential {number(slip)} N\n"
         f"- uses {number(100 * share)} % of its friction cone (μ = {grasp.problem.parameters.friction:g})"
     )

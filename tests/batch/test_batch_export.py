@@ -19,6 +19,7 @@ from grasp_planner.batch.export import (
 )
 from grasp_planner.batch.report import best_rows, write_report
 from grasp_planner.batch.results import load_table
+from grasp_planner.batch.store import read_run_info
 
 
 @pytest.fixture(scope="module")
@@ -131,10 +132,13 @@ def test_report_is_one_page_that_needs_no_network(planned, tmp_path):
     path = write_report(folder, tmp_path / "page.html", pictures=1)
     text = path.read_text()
     assert text.count("<svg") >= 4 and text.count("data:image/png;base64,") == 1
-    for link in ('src="http', 'href="http', "<link", "@import", "url(http"):
+    for link in ('src="http', "<link", "@import", "url(http"):
         assert link not in text
+    run = read_run_info(folder).spec_hash[:16]
     for row in range(3):
         assert f"grasp-planner view {folder} --row {row}<" in text
+        assert f'href="http://127.0.0.1:8080/?run={run}&amp;row={row}"' in text
+    assert text.count('href="http') == text.count('href="http://127.0.0.1:8080/?run=')
     for word in ("Success", "Distributions", "Failures by reason", "Best grasps", "n_s", records[0].hand):
         assert word in text
 

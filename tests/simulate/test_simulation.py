@@ -89,10 +89,10 @@ def test_the_same_simulation_twice_is_the_same(held, tips_only):
 
 
 def test_the_ladder_brackets_the_load_that_is_lost(held, tips_only):
-    found = simulate_grasp(held, replace(tips_only, hold_s=0.4, torques=False), squeeze=2.0)
+    found = simulate_grasp(held, replace(tips_only, hold_s=0.2, torques=False, ladder_accuracy=0.2), squeeze=2.0)
     for report in found.directions:
         assert 0.0 < report.load_held < report.load_lost
-        assert report.load_lost - report.load_held <= 0.05 * report.load_lost
+        assert report.load_lost - report.load_held <= 0.2 * report.load_lost
     assert found.weakest("force") == min(report.load_held for report in found.directions)
     # More than all friction cones together can give along the axis is never held.
     limit = found.friction * np.linalg.norm(found.grasp.forces, axis=1).sum() * 3
@@ -130,3 +130,17 @@ def test_protocols_survive_json():
     assert protocol_from(json.loads(json.dumps(protocol.__dict__))) == protocol
     with pytest.raises(gp.NameNotFoundError, match="wind"):
         protocol_from({"wind": 1.0})
+
+
+def test_a_simulation_that_diverges_has_lost_the_object_and_leaves_no_log(held, tips_only, tmp_path, monkeypatch):
+    from grasp_planner.simulate import World
+    from grasp_planner.simulate.engine import quiet_warnings
+
+    monkeypatch.chdir(tmp_path)
+    world = World(held, tips_only)
+    world.reset(held.joint_angles, held.sigma)
+    world.data.qvel[:] = 1e11
+    with quiet_warnings():
+        world.run(0.01)
+    assert not world.within_limits
+    assert not list(tmp_path.iterdir())

@@ -10,7 +10,9 @@ import pytest
 
 from grasp_planner import ClearanceOptions, Cylinder, Grasp, GraspProblem, load_hand
 from grasp_planner.viewer import GraspViewer, first_grasp
+from grasp_planner.viewer.draw_grasp import DisplayOptions
 
+from .browser_page import Page
 from .protocol_client import ProtocolClient
 
 BROWSER = os.environ.get("GRASP_PLANNER_CHROMIUM") or shutil.which("chromium") or "/usr/bin/chromium"
@@ -63,6 +65,9 @@ def viewer(shared_viewer, grasp):
         session.show(grasp, "test")
 
     shared_viewer.worker.submit(reset)
+    shared_viewer.synergies.move_hand.value = shared_viewer.synergies.move_object.value = False
+    for name, box in shared_viewer.display.boxes.items():
+        box.value = bool(getattr(DisplayOptions(), name))
     assert shared_viewer.worker.drain()
     shared_viewer.share.last_error = ""
     return shared_viewer
@@ -90,3 +95,10 @@ def browser():
         running = playwright.chromium.launch(executable_path=BROWSER, headless=True, args=list(FLAGS))
         yield running
         running.close()
+
+
+@pytest.fixture
+def page(browser, viewer):
+    opened = Page(browser, f"{viewer.url}/?fixedDpr=1")
+    yield opened
+    opened.close()

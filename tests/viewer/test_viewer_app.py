@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.viewer import look
 from grasp_planner.viewer.worker import Worker
 
 
@@ -27,6 +28,19 @@ def plan_and_wait(viewer, timeout_s=90.0):
     until(lambda: viewer.planning.busy)
     until(lambda: not viewer.planning.busy, timeout_s)
     settle(viewer)
+
+
+def watch_drawings(viewer, monkeypatch):
+    """Return a list that fills with the previews drawn and what is said of them."""
+    drawn, draw = [], viewer.picture.draw
+
+    def record(session, options):
+        if session.preview is not None:
+            drawn.append((session.preview.grasp, session.preview.message))
+        draw(session, options)
+
+    monkeypatch.setattr(viewer.picture, "draw", record)
+    return drawn
 
 
 def test_the_page_opens_with_a_feasible_grasp_and_its_verdict_on_top(viewer, grasp):
@@ -93,9 +107,11 @@ def test_gizmos_move_hand_and_object(viewer):
     assert not gizmo.visible
 
 
-def test_close_ends_with_fingertips_on_the_surface(viewer):
+def test_close_ends_with_fingertips_on_the_surface(viewer, monkeypatch):
+    drawn = watch_drawings(viewer, monkeypatch)
     viewer.synergies.close.value = True
     settle(viewer)
+    assert len({tuple(grasp.joint_angles) for grasp, message in drawn if "Closing along synergy 1" in message}) > 10
     assert viewer.session.note.startswith("closed along synergy 1")
     assert np.abs(viewer.session.grasp.contacts.gaps).min() < 1e-6
 
@@ -191,9 +207,38 @@ def test_clicking_shows_the_numbers_of_contacts_and_links(viewer):
     viewer.picture.clicked(("contact", 1))
     settle(viewer)
     assert "Contact index" in viewer.grasp_panel._selected.content
+    colours = viewer.picture._grasp.contact_handle.batched_colors
+    assert (np.asarray(colours[1]) == look.SELECTED).all()
+    assert (np.asarray(colours[0]) == look.CONTACT).all()
     viewer.picture.clicked(("link", "index_medial"))
     settle(viewer)
     assert "index_pip" in viewer.grasp_panel._selected.content
+    assert (np.asarray(viewer.picture._grasp.contact_handle.batched_colors) == look.CONTACT).all()
+    painted = [mesh.color for name, mesh in viewer.picture._hand.meshes.items() if "index_medial" in name]
+    assert look.SELECTED in [tuple(colour) for colour in painted]
+
+
+def test_fingers_and_fingertips_have_their_colours(viewer):
+    colours = {tuple(mesh.color) for mesh in viewer.picture._hand.meshes.values()}
+    assert {look.HAND, look.PAD, look.PALM} <= colours
+
+
+def test_looking_at_the_grasp_moves_the_camera_of_every_page(viewer, client):
+    viewer.display.look.value = True
+    settle(viewer)
+    client.until(lambda: "SetCameraPositionMessage" in client.kinds)
+
+
+def test_the_synergy_sliders_carry_their_limits(viewer, client):
+    slider, other = viewer.synergies.sliders[:2]
+    before = slider._marks
+    assert len(before) == 2
+    other.value = other.value + 0.1
+    settle(viewer)
+    assert slider._marks != before, "the limits of one synergy depend on the others"
+    wanted = [mark.value for mark in slider._marks]
+    uuid = client.widget("σ1")["uuid"]
+    client.until(lambda: [mark["value"] for mark in client.widgets[uuid]["props"]["_marks"]] == wanted)
 
 
 def test_dragging_the_ball_turns_the_task(viewer):
@@ -241,9 +286,10 @@ def test_errors_in_the_worker_are_reported_and_survived():
 
 
 @pytest.mark.slow
-def test_planning_shows_progress_and_ranked_results(viewer, easy_problem):
+def test_planning_shows_progress_and_ranked_results(viewer, easy_problem, monkeypatch):
     viewer.worker.submit(lambda: viewer.session.set_problem(easy_problem))
     settle(viewer)
+    drawn = watch_drawings(viewer, monkeypatch)
     viewer.plan.enough.value, viewer.plan.starts.value = 2, 10
     plan_and_wait(viewer)
     results = viewer.session.results
@@ -255,7 +301,11 @@ def test_planning_shows_progress_and_ranked_results(viewer, easy_problem):
         viewer.plan.browse.value = "next"
         settle(viewer)
         assert viewer.session.shown == 1
-    assert viewer.session.seed is not None
+    postures = {tuple(grasp.joint_angles) for grasp, message in drawn if message.startswith("Searching")}
+    assert len(postures) > 2, "the hand moves through the iterations"
+    viewer.display.boxes["seed_ghost"].value = True
+    settle(viewer)
+    assert viewer.server.scene.get_handle_by_name("/ghost_seed").visible
 
 
 @pytest.mark.slow

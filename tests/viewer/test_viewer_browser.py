@@ -3,89 +3,14 @@
 from __future__ import annotations
 
 import json
-import time
 
 import pytest
 
 from grasp_planner.viewer import export_html
 
+from .browser_page import TURN, Page, until
+
 pytestmark = pytest.mark.slow
-
-TOLERATED = (
-    "THREE.Clock: This module has been deprecated",
-    "KHR_parallel_shader_compile",
-    "Unable to preventDefault inside passive event listener",
-    "GPU stall due to ReadPixels",
-    "GL Driver Message",
-)
-"""What the page's libraries say on the console with software rendering."""
-
-READY = """(names) => {
-  const view = window.__viserMutable, tree = window.__viserSceneTree;
-  if (!view || !tree || !view.scene || view.messageQueue.length) return false;
-  return names.every((name) => view.nodeRefFromName[name]) && window.__viserTestpoints.rendererInfo.render.frame > 0;
-}"""
-
-TURN = """(name) => window.__viserMutable.nodeRefFromName[name].quaternion.toArray()"""
-
-
-class Page:
-    """A browser page with what it complains about."""
-
-    def __init__(self, browser, url, wait_for=("/object/mesh", "/hand")):
-        self.context = browser.new_context(viewport={"width": 1100, "height": 760}, accept_downloads=True)
-        self.context.set_default_timeout(180_000)
-        self.page = self.context.new_page()
-        self.complaints, self.failed, self.foreign = [], [], []
-        self.page.on("console", self._on_console)
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("requestfailed", lambda request: self.failed.append(request.url))
-        self.page.on("request", self._on_request)
-        self.own = url.split("?")[0].rstrip("/")
-        self.page.goto(url)
-        self.page.wait_for_function(READY, arg=list(wait_for), timeout=90_000)
-
-    def _on_console(self, message):
-        if message.type in ("error", "warning") and not any(words in message.text for words in TOLERATED):
-            self.complaints.append(message.text)
-
-    def _on_request(self, request):
-        if not request.url.startswith((self.own, "blob:", "data:")):
-            self.foreign.append(request.url)
-
-    def row(self, label):
-        """Return the number box of a widget."""
-        path = f"//label[normalize-space()='{label}']/ancestor::div[contains(@class,'Flex-root')][1]"
-        return self.page.locator(f"xpath={path}").locator("input:not([type=hidden])")
-
-    def tab(self, name):
-        """Open a tab."""
-        self.page.get_by_role("tab", name=name).click()
-
-    def button(self, name):
-        """Return a button."""
-        return self.page.get_by_role("button", name=name, exact=True)
-
-    def close(self):
-        """Close the page; it must not have complained or asked for anything elsewhere."""
-        self.context.close()
-        assert not self.complaints
-        assert not self.failed
-        assert not self.foreign
-
-
-@pytest.fixture
-def page(browser, viewer):
-    opened = Page(browser, f"{viewer.url}/?fixedDpr=1")
-    yield opened
-    opened.close()
-
-
-def until(condition, timeout_s=60.0):
-    end = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < end, "the condition did not come true"
-        time.sleep(0.02)
 
 
 def test_the_page_opens_with_a_grasp_and_its_sliders_move_the_hand(page, viewer):
@@ -143,6 +68,10 @@ def test_files_go_in_and_out(page, viewer, tmp_path):
     chooser.set_input_files(saved)
     page.page.get_by_text("opened from a file").wait_for()
     with page.page.expect_download(timeout=90_000) as download:
+        page.button("Save as a web page (HTML)").click()
+    download.value.save_as(tmp_path / "page.html")
+    assert "data-verdict='FEASIBLE'" in (tmp_path / "page.html").read_text()
+    with page.page.expect_download(timeout=90_000) as download:
         page.button("Save a picture (PNG)").click()
     picture = tmp_path / "picture.png"
     download.value.save_as(picture)
@@ -152,22 +81,14 @@ def test_files_go_in_and_out(page, viewer, tmp_path):
 def test_clicking_a_contact_shows_its_numbers(page, viewer):
     viewer.display.boxes["cones"].value = viewer.display.boxes["forces"].value = False
     viewer.worker.drain()
-    index = 0
-    project = """(p) => {
-      const view = window.__viserMutable, root = view.nodeRefFromName[''];
-      const v = view.camera.position.clone().set(p[0], p[1], p[2]);
-      if (root) v.applyMatrix4(root.matrixWorld);
-      v.project(view.camera);
-      const r = view.canvas.getBoundingClientRect();
-      return [r.left + (v.x + 1) / 2 * r.width, r.top + (1 - v.y) / 2 * r.height];
-    }"""
-    point = viewer.session.grasp.contacts.points[index].tolist()
-    x, y = page.page.evaluate(project, point)
-    page.page.mouse.move(x, y)
-    page.page.wait_for_timeout(400)
-    page.page.mouse.click(x + 1, y)
+    place = page.project(viewer.session.grasp.contacts.points[0])
+    page.hover(place)
+    page.page.mouse.click(*place)
     until(lambda: viewer.session.selected is not None, 20.0)
     viewer.display.boxes["cones"].value = viewer.display.boxes["forces"].value = True
+    kind, which = viewer.session.selected
+    name = viewer.session.problem.frames[which].name if kind == "contact" else which
+    page.page.get_by_text(f"{kind.capitalize()} {name}").first.wait_for()
     page.page.get_by_text("its numbers").first.wait_for(state="detached")
 
 

@@ -14,6 +14,7 @@ from grasp_planner.viewer.clearances import closest_lines, link_clearances
 from grasp_planner.viewer.closing import approach, close_along
 from grasp_planner.viewer.draw_extras import torque_arrows
 from grasp_planner.viewer.live import LiveState, contact_share, evaluate
+from grasp_planner.viewer.panel_synergies import SynergyRange, limit_marks, synergy_ranges
 from grasp_planner.viewer.presets import paper_presets
 from grasp_planner.viewer.session import Session
 from grasp_planner.viewer.squeeze import best_squeeze
@@ -175,10 +176,53 @@ def test_results_are_ranked_feasible_first(grasp):
 
 def test_the_presets_are_those_of_the_paper():
     presets = paper_presets()
-    kinds = {(preset.n_synergies, preset.task, preset.force_weight) for preset in presets.values()}
-    assert {(n, f"force:+{axis}", 1e-6) for n in (1, 2, 3, 15) for axis in "xy"} <= kinds
-    assert {preset.force_weight for preset in presets.values()} == {1e-9, 1e-6, 1.0}
-    assert next(iter(presets.values())).problem().n_synergies == 1
+    assert len(presets) == 11
+    kinds = set()
+    for preset in presets.values():
+        problem = preset.problem()
+        kinds.add((problem.n_synergies, problem.tasks[0].text, problem.parameters.force_weight))
+        assert f"F = {preset.cell.force_norm:g} N" in preset.about
+        assert problem.grasp_object == gp.Cylinder()
+    axes = (("force:0,1,0", 1e-6), ("force:1,0,0", 1e-5))
+    assert {(n, task, weight) for n in (1, 2, 3, 15) for task, weight in axes} <= kinds
+    assert {(3, "force:0,1,0", ratio) for ratio in (1e-9, 1e-6, 1.0)} <= kinds
+
+
+def test_a_feasible_grasp_whose_links_penetrate_says_so(grasp):
+    assert "to keep clear" not in text.verdict_card(grasp)
+    plain = replace(grasp.problem, clearance=gp.ClearanceOptions.off(), synergy_set="native", n_synergies=15)
+    through = gp.plan_grasp(plain, options=gp.PlannerOptions(starts=4, enough=1))
+    assert through.feasible
+    depth = -min(entry.distance for entry in through.clearances if not entry.exempt)
+    assert depth > 1e-3, "else this shows nothing"
+    assert "to keep clear" in text.verdict_card(through)
+
+
+def test_limits_are_marked_where_joints_stop_a_synergy(grasp):
+    problem, hand = grasp.problem, grasp.problem.hand
+    besides = grasp.joint_angles - problem.synergies.joint_angles(grasp.sigma)
+    for index, entry in enumerate(synergy_ranges(problem, grasp.sigma, besides)):
+        assert entry.low <= grasp.sigma[index] <= entry.high
+        for end, name in ((entry.low, entry.low_joint), (entry.high, entry.high_joint)):
+            sigma = grasp.sigma.copy()
+            sigma[index] = end
+            q = problem.synergies.joint_angles(sigma) + besides
+            assert (q >= hand.lower - 1e-9).all() and (q <= hand.upper + 1e-9).all()
+            joint = hand.joint_index(name)
+            assert min(abs(q[joint] - hand.lower[joint]), abs(q[joint] - hand.upper[joint])) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "marks"),
+    [
+        (-0.52, 1.35, [(-0.52, "−0.52"), (1.35, "1.35")]),
+        (-9.0, 1.0, [(-2.0, "−2.00"), (1.0, "1.00")]),
+        (0.1, 0.3, [(0.1, "0.10 … 0.30"), (0.3, None)]),
+    ],
+)
+def test_marks_do_not_write_over_each_other(low, high, marks):
+    found = limit_marks(SynergyRange(low, high, "a", "b"))
+    assert [(mark.value, mark.label) for mark in found] == marks
 
 
 def test_torques_are_drawn_along_the_joint_axes(grasp):
