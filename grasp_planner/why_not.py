@@ -257,6 +257,18 @@ def _knobs(problem: GraspProblem) -> list[_Knob]:
             )
         )
         knobs.append(_compliance_knob(problem, sign, word))
+    force = problem.loads.force
+    if force > 0.0:
+        steps = tuple(np.linspace(force, 0.0, 5)[1:].tolist())
+        knobs.append(
+            _Knob(
+                "disturbing force",
+                "N",
+                force,
+                steps,
+                lambda value: replace(problem, loads=replace(problem.loads, force=value)),
+            )
+        )
     return knobs
 
 

@@ -139,3 +139,17 @@ def test_wrench_text():
     assert wrench_of_text("1,2,3") == (1.0, 2.0, 3.0, 0.0, 0.0, 0.0)
     with pytest.raises(gp.InvalidValueError):
         wrench_of_text("1,2")
+
+
+@pytest.mark.slow
+def test_why_not_names_the_load_that_is_too_large(right):
+    """Fingertips that bear 10 N cannot hold against 60 N from any side; some smaller push they can."""
+    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=15, loads=gp.LoadCases(force=60.0))
+    attempt = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=2, enough=1, max_iterations=80))
+    assert not attempt.feasible
+    assert any(name.startswith("load_") for name in attempt.failures())
+    diagnosis = gp.explain_infeasibility(attempt, only=("disturbing force",), time_limit_s=25.0)
+    change = diagnosis.smallest_change
+    assert change.parameter == "disturbing force"
+    assert 0.0 <= change.needed < 60.0
+    assert change.grasp.feasible
