@@ -21,7 +21,16 @@ from .contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix
 from .force_closure import force_closure_margin, force_norm_floor
 from .friction import force_norm, friction_margins, normal_forces
 from .load_check import load_violations
-from .margins import GraspMargins, Holding, Margin, disturbance_response, grasp_margins, holding, worst_passive_margin
+from .margins import (
+    GraspMargins,
+    Holding,
+    Margin,
+    disturbance_response,
+    grasp_margins,
+    holding,
+    passive_margins,
+    worst_passive_margin,
+)
 from .problem import GraspProblem
 from .search_report import IterationRecord as IterationRecord
 from .search_report import SearchReport as SearchReport
@@ -201,6 +210,10 @@ class Grasp:
     def passive_margin(self) -> Margin:
         """Largest disturbing force resisted in the worst direction with the references held."""
         return worst_passive_margin(self._holding)
+
+    def passive_margins_along(self, wrenches: Array) -> list[Margin]:
+        """Return the largest disturbances resisted along unit wrenches in O, of shape (n, 6), the references held."""
+        return passive_margins(self._holding, np.atleast_2d(wrenches))
 
     @cached_property
     def margins(self) -> GraspMargins:

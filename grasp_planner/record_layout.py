@@ -73,13 +73,13 @@ class LoadCasesRecord(Record):
     force: Number = Field(description="radius of the sphere of disturbing forces, N")
     torque: Number = Field(description="radius of the sphere of disturbing torques, N m")
     acceleration: Number = Field(description="of the object in any direction, m/s²")
-    position_error: Number = Field(description="radius of the sphere of shifts of the object, m")
-    rotation_error: Number = Field(description="radius of the sphere of its turns, rad")
+    position_error: Number = Field(default=0.0, description="radius of the sphere of shifts of the object, m")
+    rotation_error: Number = Field(default=0.0, description="radius of the sphere of its turns, rad")
     wrenches: list[Vector6] = Field(description="further disturbances in O; N, N m")
     friction_safety: Number = Field(description="s of the cones of μ/s")
     min_normal_force: Number = Field(description="N")
     max_normal_force: Optional = Field(description="N; null for the hand's own limit")
-    max_force_norm: Optional = Field(description="largest F, N; null for none")
+    max_force_norm: Optional = Field(default=None, description="largest F, N; null for none")
     hand_limits: bool = Field(description="whether the hand's limits of normal forces and joint torques count")
 
 

@@ -60,8 +60,10 @@ def test_passive_margins_agree_with_bisection(held, planned, rng):
         assert task.size == pytest.approx(bisected(grasp, task.direction), abs=1e-5)
         np.testing.assert_allclose(task.direction, -grasp.problem.tasks[0].direction)
         random = rng.normal(size=(30, 3))
-        for direction in random / np.linalg.norm(random, axis=1, keepdims=True):
-            assert bisected(grasp, np.concatenate([direction, np.zeros(3)])) >= worst.size - 1e-6
+        wrenches = np.hstack([random / np.linalg.norm(random, axis=1, keepdims=True), np.zeros((30, 3))])
+        for wrench, margin in zip(wrenches, grasp.passive_margins_along(wrenches), strict=True):
+            assert bisected(grasp, wrench) == pytest.approx(margin.size, abs=1e-5)
+            assert margin.size >= worst.size - 1e-6
 
 
 def test_active_margins_exceed_passive_ones_and_are_reached_by_some_synergy_displacement(held):
