@@ -21,7 +21,14 @@ from .reproduce import PARETO_RATIOS, CellResult, ParetoPoint, pareto_front, run
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Write JSON, pages and figures there.")
 @click.option("--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file.")
-@click.option("--synergy-set", default=None, help="Synergy set [default: the hand's].")
+@click.option("--synergy-set", default=None, help="Synergy set [default: native if the hand has it].")
+@click.option(
+    "--clearance",
+    type=click.Choice(["none", "links"]),
+    default="none",
+    show_default=True,
+    help="Whether links keep clear (Remarks 1 and 2); the paper's tables are without.",
+)
 @click.option("--torque-model", type=click.Choice(["total", "internal"]), default="total", show_default=True)
 @click.option("--starts", type=int, default=60, show_default=True, help="Most starts for each cell.")
 @click.option("--enough", type=int, default=8, show_default=True, help="Feasible starts after which a cell is done.")
@@ -30,6 +37,7 @@ def reproduce(
     out: Path | None,
     hand: str,
     synergy_set: str | None,
+    clearance: str,
     torque_model: str,
     starts: int,
     enough: int,
@@ -43,6 +51,8 @@ def reproduce(
 
     console = Console()
     loaded = load_hand(hand)
+    if synergy_set is None and "native" in loaded.synergy_set_names:
+        synergy_set = "native"
     name = loaded.synergies(synergy_set).name
     options = PlannerOptions(starts=starts, enough=enough, max_iterations=200)
     with Progress(console=console, transient=True) as progress:
@@ -51,13 +61,21 @@ def reproduce(
         def step(_: CellResult | ParetoPoint) -> None:
             progress.advance(bar)
 
-        run: dict[str, Any] = {"hand": loaded, "seed": seed, "options": options, "synergy_set": synergy_set}
-        cells = run_cells(**run, torque_model=torque_model, progress=step)
-        front = pareto_front(**run, torque_model=torque_model, progress=step) if out else []
+        run: dict[str, Any] = {
+            "hand": loaded,
+            "seed": seed,
+            "options": options,
+            "synergy_set": synergy_set,
+            "torque_model": torque_model,
+            "clearance": clearance == "links",
+            "progress": step,
+        }
+        cells = run_cells(**run)
+        front = pareto_front(**run) if out else []
     console.print(_table(cells))
     console.print(HONESTY, style="dim")
     if out is not None:
-        settings = f"{loaded.description.title}; synergy set {name}; torque model {torque_model}"
+        settings = f"{loaded.description.title}; synergy set {name}; torque model {torque_model}; clearance {clearance}"
         write_report(out, cells, front, seed=seed, settings=settings)
         console.print(f"wrote {out / 'reproduce.json'}, reproduce.md, reproduce.html and figures")
 

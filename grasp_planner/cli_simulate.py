@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from .batch import BatchProgress
 
 EXIT_PASSED, EXIT_FAILED, EXIT_INTERRUPTED = 0, 3, 130
+SURFACE_NOTE = 1e-5
+"""Distance of the simulated surface from the planned contacts that is worth a line [m]."""
 FILE = click.Path(path_type=Path, dir_okay=False)
 FOLDER = click.Path(path_type=Path, file_okay=False)
 
@@ -126,6 +128,9 @@ def print_simulation(console: Console, found: Simulation) -> None:
         ("scene", "; ".join(found.notes)),
         *((f"overlap, {gate.posture}", _gate_text(gate.object_overlap, gate.self_overlap)) for gate in found.gates),
     ]
+    if found.surface_error > SURFACE_NOTE:
+        off = f"up to {1e3 * found.surface_error:.2f} mm from the planned contacts"
+        rows.append(("simulated surface", off))
     if not found.gate_passed and found.protocol.geometry == "links":
         rows.append(("", "plan with --clearance links, or simulate the fingertips alone: --geometry contacts"))
     if found.rest is not None:

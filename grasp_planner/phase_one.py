@@ -6,7 +6,7 @@ internal forces, then everything. Also the last polish of a solution that is fea
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Literal
 
 import numpy as np
@@ -107,7 +107,7 @@ def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, ch
 
     def equality(z: Array) -> tuple[Array, Array]:
         check()
-        value, slope = _stack(program, z, [term for term in terms if term.equality], {})
+        value, slope = weighted_residuals(program, z, [term for term in terms if term.equality], {})
         if stage != "geometry":
             return value, slope
         state = program.state(z)
@@ -118,7 +118,7 @@ def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, ch
         return value, np.vstack([slope, rows * program.scale])
 
     def inequality(z: Array) -> tuple[Array, Array]:
-        return _stack(program, z, [term for term in terms if not term.equality], margins)
+        return weighted_residuals(program, z, [term for term in terms if not term.equality], margins)
 
     lower, upper = program.bounds()
     return restore_feasibility(
@@ -134,28 +134,24 @@ def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, ch
 
 
 def weighted_residuals(
-    program: GraspProgram, z: Array, terms: list[Constraint], *, margins: bool = False
+    program: GraspProgram, z: Array, terms: list[Constraint], margins: Mapping[str, float]
 ) -> tuple[Array, Array]:
-    """Return residuals of terms weighted by their units, and their Jacobian.
+    """Return residuals of terms less margins, weighted by their units, and their Jacobian.
 
     Args:
         program: The program.
         z: Scaled variables, of shape (n,).
         terms: The terms.
-        margins: Whether to leave the margins out of which phase one keeps.
+        margins: What is taken off the residuals, by unit.
 
     Returns:
-        Residuals of shape (m,) and their derivatives by z, of shape (m, n).
+        Residuals of shape (m,) and their derivatives by z, of shape (m, n); not finite far from any grasp, which
+        least squares answers with a shorter step.
     """
-    return _stack(program, z, terms, MARGINS if margins else {})
-
-
-def _stack(program: GraspProgram, z: Array, terms: list[Constraint], margins: dict[str, float]) -> tuple[Array, Array]:
-    """Return weighted residuals less their margins, and their Jacobian."""
     if not terms:
         return np.zeros(0), np.zeros((0, z.size))
     state, problem = program.state(z), program.problem
-    weights = [WEIGHTS[term.unit] for term in terms]
-    pairs = list(zip(weights, terms, strict=True))
-    value = np.concatenate([w * (term.residual(problem, state) - margins.get(term.unit, 0.0)) for w, term in pairs])
-    return value, np.vstack([w * term.jacobian(problem, state) for w, term in pairs]) * program.scale
+    pairs = [(WEIGHTS[term.unit], term) for term in terms]
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = np.concatenate([w * (term.residual(problem, state) - margins.get(term.unit, 0.0)) for w, term in pairs])
+        return value, np.vstack([w * term.jacobian(problem, state) for w, term in pairs]) * program.scale

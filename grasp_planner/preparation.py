@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .feasibility import restore_feasibility
-from .phase_one import squeezed, weighted_residuals
+from .phase_one import MARGINS, squeezed, weighted_residuals
 from .problem import GraspProblem
 from .program import JOINT_SCALE, GraspProgram
 from .spatial import Array
@@ -177,7 +177,7 @@ class _SynergyMotion:
         """Return the gaps and the sum of normal forces less its target, weighted, and their derivatives."""
         z = self._z(y)
         state = self.program.state(z)
-        gaps, d_gaps = weighted_residuals(self.program, z, [term for term in self._geometric if term.equality])
+        gaps, d_gaps = weighted_residuals(self.program, z, [term for term in self._geometric if term.equality], {})
         total = TOTAL_WEIGHT * (state.normal_forces.sum() - TOTAL_FORCE)
         d_total = TOTAL_WEIGHT * state.d_normal_forces.sum(axis=0) * self.program.scale
         return np.append(gaps, total), np.vstack([d_gaps, d_total]) @ self._slope
@@ -188,7 +188,7 @@ class _SynergyMotion:
         state, hand, layout = self.program.state(z), self.problem.hand, self.program.evaluator.layout
         cones, d_cones = _cone_shares(state)
         terms = [term for term in self._geometric if not term.equality]
-        kept, d_kept = weighted_residuals(self.program, z, terms, margins=True)
+        kept, d_kept = weighted_residuals(self.program, z, terms, MARGINS)
         q = state.x[layout.joints]
         d_q = LIMIT_WEIGHT * np.eye(layout.size)[layout.joints] * self.program.scale
         value = np.concatenate([CONE_WEIGHT * (cones - CONE_TARGET), kept, LIMIT_WEIGHT * (q - hand.lower)])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .clearance_options import ClearanceOptions
 from .grasp import Grasp
 from .hand import Hand
 from .objects import Cylinder
@@ -79,7 +80,9 @@ class ParetoPoint:
     grasp: Grasp
 
 
-def cell_problem(hand: Hand, cell: PaperCell, synergy_set: str | None, torque_model: str) -> GraspProblem:
+def cell_problem(
+    hand: Hand, cell: PaperCell, synergy_set: str | None, torque_model: str, clearance: bool
+) -> GraspProblem:
     """Return the problem of a cell: the paper's cylinder, parameters and weights.
 
     Args:
@@ -87,6 +90,7 @@ def cell_problem(hand: Hand, cell: PaperCell, synergy_set: str | None, torque_mo
         cell: The cell.
         synergy_set: Synergy set; the hand's default if None.
         torque_model: ``total`` or ``internal`` (the paper's eq. 33).
+        clearance: Whether Remarks 1 and 2 hold on the hand's real geometry.
 
     Returns:
         The problem, with the paper's point fingertips.
@@ -103,6 +107,7 @@ def cell_problem(hand: Hand, cell: PaperCell, synergy_set: str | None, torque_mo
         ),
         synergy_set=synergy_set,
         contact_set="point",
+        clearance=ClearanceOptions() if clearance else ClearanceOptions.off(),
     )
 
 
@@ -113,6 +118,7 @@ def run_cells(
     options: PlannerOptions,
     synergy_set: str | None = None,
     torque_model: str = "total",
+    clearance: bool = False,
     progress: Callable[[CellResult], None] | None = None,
 ) -> list[CellResult]:
     """Plan every cell of tables I and II from the standard start, seeded ones, and the grasp with fewer synergies.
@@ -123,6 +129,7 @@ def run_cells(
         options: Search options of every cell.
         synergy_set: Synergy set; the hand's default if None.
         torque_model: ``total`` or ``internal``.
+        clearance: Whether links keep clear.
         progress: Called after every cell.
 
     Returns:
@@ -130,7 +137,7 @@ def run_cells(
     """
     results: list[CellResult] = []
     for cell in PAPER_CELLS:
-        problem = cell_problem(hand, cell, synergy_set, torque_model)
+        problem = cell_problem(hand, cell, synergy_set, torque_model, clearance)
         grasp = plan_grasp(problem, seed=seed, options=options)
         same = [result for result in results if result.cell.table == cell.table == 1]
         for fewer in (result for result in same if result.cell.direction == cell.direction):
@@ -148,6 +155,7 @@ def pareto_front(
     options: PlannerOptions,
     synergy_set: str | None = None,
     torque_model: str = "total",
+    clearance: bool = False,
     progress: Callable[[ParetoPoint], None] | None = None,
 ) -> list[ParetoPoint]:
     """Trace F against C over the ratio of weights, for the y task with three synergies.
@@ -161,12 +169,14 @@ def pareto_front(
         options: Search options.
         synergy_set: Synergy set; the hand's default if None.
         torque_model: ``total`` or ``internal``.
+        clearance: Whether links keep clear.
         progress: Called after every ratio.
 
     Returns:
         One point for each ratio for which a feasible grasp was found, by rising ratio.
     """
-    base = cell_problem(hand, PaperCell(2, "y", PARETO_SYNERGIES, 1.0, 0, 0, 0), synergy_set, torque_model)
+    cell = PaperCell(2, "y", PARETO_SYNERGIES, 1.0, 0, 0, 0)
+    base = cell_problem(hand, cell, synergy_set, torque_model, clearance)
     pool: list[Grasp] = []
     for ratio in PARETO_RATIOS[:: len(PARETO_RATIOS) // 4]:
         grasp = plan_grasp(_weighted(base, ratio), seed=seed, options=options)

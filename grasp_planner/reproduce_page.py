@@ -21,7 +21,9 @@ HONESTY = (
     "with fewer. Times are of the whole search. An angle marked * is to a degenerate ellipsoid: with one or two "
     "synergies it is unbounded along a plane or a line, and with more where the search drives α to infinity; the "
     "angle is to that space, the hand resists there with its structure and not with its motors, and small angles "
-    "there mean less. As in the paper nothing keeps the links out of the object here; plan does by default."
+    "there mean less. Along n_s F need not fall at every step: C sums over synergies, so that a posture which is best "
+    "with few is not best with more, and the weights trade F for C. As in the paper nothing keeps the links out of the "
+    "object here, unless the settings say so; plan does by default."
 )
 COLUMNS = (
     "table",

@@ -13,9 +13,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import BFGS, SR1, NonlinearConstraint, minimize
 
 import grasp_planner as gp
 from grasp_planner import program
+from grasp_planner.phase_one import reach_feasibility
+from grasp_planner.preparation import prepare_start
 
 Variant = Callable[[gp.GraspProblem, gp.GraspStart], gp.Grasp]
 ONE = gp.PlannerOptions(starts=1)
@@ -89,14 +92,75 @@ def less_force(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
     return chained([*(replace(problem, parameters=each) for each in heavier), problem], start)
 
 
+def least_squares_first(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
+    """Phase one by least squares on the violations instead of SQP."""
+    grasp_program = program.GraspProgram(problem, start.palm_pose)
+    evaluator, scale = grasp_program.evaluator, grasp_program.scale
+    z = grasp_program.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
+    try:
+        x = reach_feasibility(grasp_program, z, lambda: None) * scale
+    except (ValueError, np.linalg.LinAlgError):
+        return single(problem, start)
+    layout = evaluator.layout
+    found = gp.GraspStart(x[layout.joints], evaluator.palm_pose(x), x[layout.displacement])
+    return single(problem, found, phase_one=False)
+
+
+def prepared(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
+    """The start moved along the synergies first, then both phases."""
+    try:
+        return single(problem, prepare_start(problem, start).start, phase_one=True)
+    except (ValueError, np.linalg.LinAlgError):
+        return single(problem, start)
+
+
+def trust_region(hessian: BFGS | SR1) -> Variant:
+    """Phase two by the trust-region interior-point method with a chosen Hessian, from the prepared start."""
+
+    def solve(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
+        try:
+            start = prepare_start(problem, start).start
+        except (ValueError, np.linalg.LinAlgError):
+            return single(problem, start)
+        grasp_program = program.GraspProgram(problem, start.palm_pose)
+        z = grasp_program.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
+        nlp = grasp_program.build("two", grasp_program.objective_scale(z))
+
+        def constraint(function: Callable[..., tuple[np.ndarray, np.ndarray]], upper: float) -> NonlinearConstraint:
+            return NonlinearConstraint(
+                lambda z: function(z)[0], 0.0, upper, jac=lambda z: function(z)[1], hess=type(hessian)()
+            )
+
+        found = minimize(
+            nlp.objective,
+            np.clip(z, nlp.lower, nlp.upper),
+            jac=True,
+            hess=hessian,
+            method="trust-constr",
+            bounds=np.column_stack([nlp.lower, nlp.upper]),
+            constraints=[constraint(nlp.equality, 0.0), constraint(nlp.inequality, np.inf)],
+            options={"maxiter": 200, "gtol": 1e-8, "xtol": 1e-10},
+        )
+        layout, x = grasp_program.evaluator.layout, found.x * grasp_program.scale
+        q = np.clip(x[layout.joints], problem.hand.lower, problem.hand.upper)
+        report = gp.SearchReport(seed=0, iterations=int(found.nit), evaluations=grasp_program.evaluations)
+        return gp.Grasp(problem, q, grasp_program.evaluator.palm_pose(x), x[layout.displacement], search=report)
+
+    return solve
+
+
 VARIANTS: dict[str, Variant] = {
     "phase two alone": lambda p, s: single(p, s, phase_one=False),
     "phase one, then two": lambda p, s: single(p, s, phase_one=True),
-    "… without scaling of the variables": without_scaling,
-    "… tolerance 1e-5": lambda p, s: single(p, s, phase_one=True, tolerance=1e-5),
-    "… tolerance 1e-11": lambda p, s: single(p, s, phase_one=True, tolerance=1e-11),
-    "… at most 400 iterations": lambda p, s: single(p, s, phase_one=True, max_iterations=400),
-    "… from the mean posture": lambda p, s: single(p, replace(s, joint_angles=p.synergies.mean), phase_one=True),
+    "prepared along the synergies, then both": prepared,
+    "phase one by least squares, then two": least_squares_first,
+    "both; without scaling of the variables": without_scaling,
+    "both; tolerance 1e-5": lambda p, s: single(p, s, phase_one=True, tolerance=1e-5),
+    "both; tolerance 1e-11": lambda p, s: single(p, s, phase_one=True, tolerance=1e-11),
+    "both; at most 400 iterations": lambda p, s: single(p, s, phase_one=True, max_iterations=400),
+    "both; from the mean posture": lambda p, s: single(p, replace(s, joint_angles=p.synergies.mean), phase_one=True),
+    "prepared; trust-constr with BFGS Hessians": trust_region(BFGS()),
+    "prepared; trust-constr with SR1 Hessians": trust_region(SR1()),
     "continuation in n_s": fewer_synergies,
     "continuation in compliance": less_compliance,
     "continuation in friction": less_friction,
@@ -108,7 +172,7 @@ def main() -> None:
     """Run every variant and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--starts", type=int, default=24)
-    parser.add_argument("--synergy-set", default="native")
+    parser.add_argument("--synergy-set", default="santello")
     parser.add_argument("--counts", default="1,2,3,5,15")
     arguments = parser.parse_args()
     hand = gp.load_hand()
