@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .grasp import Grasp
-from .preparation import search_starts
+from .preparation import ROUND, best_prepared
 from .problem import GraspProblem
+from .starts import random_start, standard_start
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,9 @@ def closing_fit(problem: GraspProblem, seed: int = 0) -> ClosingFit:
     Returns:
         The fit.
     """
-    start = next(search_starts(problem, np.random.default_rng(seed)))
+    rng = np.random.default_rng(seed)
+    starts = [standard_start(problem), *(random_start(problem, rng) for _ in range(ROUND - 1))]
+    start = best_prepared(problem, starts)[0].start
     grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
     sizes = np.maximum(np.linalg.norm(grasp.forces, axis=1), 1e-9)
     share = float((grasp.friction_margins / sizes).min())

@@ -32,13 +32,13 @@ class PlannerOptions:
     """How long and how hard to search.
 
     Attributes:
-        starts: Most starts; the first is the standard one, the others are random.
+        starts: Most starts; the first is the standard one, the others are random or prepared from random ones.
         enough: Feasible grasps after which the best is taken and the search ends.
         max_iterations: Most iterations of each phase from each start.
         tolerance: Accuracy asked of the solver, in scaled units.
         time_limit_s: Most wall time [s]; None for no limit.
-        phase_one: Whether to look for feasibility first; None decides by the number of synergies, and does where
-            the problem asks for clearance: then by least squares, otherwise by SQP.
+        phase_one: Whether to look for feasibility first, by least squares (by SQP from prepared starts and where
+            least squares leaves clearances violated); None decides: with few synergies or clearances it does.
     """
 
     starts: int = 40
@@ -63,6 +63,7 @@ class _Attempt:
     index: int
     program: GraspProgram
     z: Array
+    prepared: bool
     iterations: dict[str, int] = field(default_factory=lambda: {"one": 0, "two": 0})
     message: str = ""
     history: list[IterationRecord] = field(default_factory=list)
@@ -152,7 +153,8 @@ class _Search:
     def _attempt(self, index: int, start: GraspStart) -> _Attempt:
         """Return an attempt that stands at a start."""
         program = GraspProgram(self.problem, start.palm_pose)
-        return _Attempt(index, program, program.pack(start.joint_angles, start.palm_pose, start.delta_sigma))
+        z = program.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
+        return _Attempt(index, program, z, start.prepared)
 
     def _try_start(self, index: int, start: GraspStart) -> None:
         """Solve from one start and keep the result if it is the best so far."""
@@ -194,12 +196,15 @@ class _Search:
             phase_one = clearance or self.problem.n_synergies <= FEW_SYNERGIES
         objective_scale = attempt.program.objective_scale(attempt.z)
         if phase_one:
-            if clearance:
+            if clearance or not attempt.prepared:
                 self._least_squares(attempt, reach_feasibility)
-            if not clearance or attempt.program.merit(attempt.z) > LEAST_SQUARES_GOOD_ENOUGH:
+            good_enough = LEAST_SQUARES_GOOD_ENOUGH
+            # SQP helps where clearances are still violated, and from prepared starts; elsewhere it is in vain.
+            if attempt.program.merit(attempt.z) > good_enough if clearance else attempt.prepared:
                 self._run(attempt, "one", 1.0)
-                if attempt.program.merit(attempt.z) > PHASE_ONE_GOOD_ENOUGH:
-                    return attempt
+                good_enough = PHASE_ONE_GOOD_ENOUGH
+            if attempt.program.merit(attempt.z) > good_enough:
+                return attempt
             objective_scale = attempt.program.objective_scale(attempt.z)
         self._run(attempt, "two", objective_scale)
         if attempt.program.merit(attempt.z) < WORTH_POLISHING and not self._grasp(attempt).feasible:

@@ -8,7 +8,8 @@ enough to choose them, contact forces have one direction each, and what matters 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,8 +26,10 @@ FEW_SYNERGIES = 4
 """Up to this many synergies starts are prepared, and every start is made feasible first (phase one)."""
 ROUND = 40
 """Starts prepared at a time."""
-TAKEN, UNPREPARED = 6, 4
-"""Best of them handed to the planner before the next are prepared, and random starts that follow as they are."""
+TAKEN = 6
+"""Best of them handed to the planner before the next are prepared."""
+FIRST_UNPREPARED, UNPREPARED = 12, 4
+"""Random starts as they are, before the first round and between rounds."""
 HOPELESS = 150.0
 """Misfit from which a prepared start is left out."""
 ALIKE = 0.02
@@ -69,8 +72,8 @@ def search_starts(
 ) -> Iterator[GraspStart]:
     """Yield the starts of a search, without end.
 
-    With few synergies, rounds of prepared starts, the best of each first, followed by some random ones as they are;
-    with more, the standard start and then random ones.
+    The standard start and random ones; with few synergies, after some of these, rounds of prepared ones, the best of
+    each round first, and a few random ones after each round.
 
     Args:
         problem: The problem.
@@ -79,20 +82,44 @@ def search_starts(
         check: Called at every evaluation of a preparation; may raise to stop.
 
     Yields:
-        Starts. The standard start is among the first.
+        Starts, ``first`` or the standard start before all others.
     """
     if first is not None:
         yield first
-    pool = [standard_start(problem)] if first is None else []
-    if problem.n_synergies > FEW_SYNERGIES:
-        yield from pool
-        while True:
-            yield random_start(problem, rng)
+    else:
+        yield standard_start(problem)
+    unprepared = FIRST_UNPREPARED
     while True:
-        pool += [random_start(problem, rng) for _ in range(ROUND - len(pool))]
-        yield from (each.start for each in _best(_prepared(problem, pool, check)))
-        yield from (random_start(problem, rng) for _ in range(UNPREPARED))
-        pool = []
+        for _ in range(unprepared):
+            yield random_start(problem, rng)
+        if problem.n_synergies <= FEW_SYNERGIES:
+            best = best_prepared(problem, [random_start(problem, rng) for _ in range(ROUND)], check)
+            yield from (each.start for each in best[:TAKEN] if each.misfit < HOPELESS)
+            unprepared = UNPREPARED
+
+
+def best_prepared(
+    problem: GraspProblem, starts: Sequence[GraspStart], check: Callable[[], None] = lambda: None
+) -> list[PreparedStart]:
+    """Return prepared starts, the best first, without repetitions and those that fail numerically.
+
+    Args:
+        problem: The problem.
+        starts: Where to begin.
+        check: Called at every evaluation; may raise to stop.
+
+    Returns:
+        The prepared starts.
+    """
+    found: list[PreparedStart] = []
+    for start in starts:
+        with suppress(ValueError, FloatingPointError, np.linalg.LinAlgError):
+            found.append(prepare_start(problem, start, check))
+    chosen: list[PreparedStart] = []
+    for candidate in sorted(found, key=lambda each: each.misfit):
+        if all(np.linalg.norm(candidate.sigma - each.sigma) >= ALIKE for each in chosen):
+            chosen.append(candidate)
+    return chosen
 
 
 def prepare_start(problem: GraspProblem, start: GraspStart, check: Callable[[], None] = lambda: None) -> PreparedStart:
@@ -171,7 +198,7 @@ class _SynergyMotion:
         layout, hand = self.program.evaluator.layout, self.problem.hand
         x = self._z(y) * self.program.scale
         q = np.clip(x[layout.joints], hand.lower, hand.upper)
-        return GraspStart(q, self.program.evaluator.palm_pose(x), x[layout.displacement])
+        return GraspStart(q, self.program.evaluator.palm_pose(x), x[layout.displacement], prepared=True)
 
     def contacts(self, y: Array) -> tuple[Array, Array]:
         """Return the gaps and the sum of normal forces less its target, weighted, and their derivatives."""
@@ -207,22 +234,3 @@ def _cone_shares(state: GraspState) -> tuple[Array, Array]:
     d_size = (forces[:, None, :] @ state.d_forces.reshape(len(forces), 3, -1))[:, 0] / size[:, None]
     shares = state.friction_margins / size
     return shares, (state.d_friction_margins - shares[:, None] * d_size) / size[:, None]
-
-
-def _prepared(problem: GraspProblem, starts: list[GraspStart], check: Callable[[], None]) -> Iterator[PreparedStart]:
-    """Prepare starts, leaving out those that fail numerically."""
-    for start in starts:
-        try:
-            yield prepare_start(problem, start, check)
-        except (ValueError, FloatingPointError, np.linalg.LinAlgError):
-            continue
-
-
-def _best(prepared: Iterator[PreparedStart]) -> list[PreparedStart]:
-    """Return the best of them, without repetitions and hopeless ones."""
-    chosen: list[PreparedStart] = []
-    for candidate in sorted(prepared, key=lambda each: each.misfit):
-        known = (np.linalg.norm(candidate.sigma - each.sigma) < ALIKE for each in chosen)
-        if len(chosen) < TAKEN and candidate.misfit < HOPELESS and not any(known):
-            chosen.append(candidate)
-    return chosen

@@ -24,11 +24,13 @@ class GraspStart:
         joint_angles: q [rad], of shape (n_q,).
         palm_pose: Pose of the palm frame P in O.
         delta_sigma: δσ [rad], of shape (n_s,).
+        prepared: Whether posture and forces nearly fit already, so that phase one need not look for the geometry.
     """
 
     joint_angles: Array
     palm_pose: pin.SE3
     delta_sigma: Array
+    prepared: bool = False
 
 
 def standard_start(problem: GraspProblem) -> GraspStart:

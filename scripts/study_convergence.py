@@ -17,7 +17,6 @@ from scipy.optimize import BFGS, SR1, NonlinearConstraint, minimize
 
 import grasp_planner as gp
 from grasp_planner import program
-from grasp_planner.phase_one import reach_feasibility
 from grasp_planner.preparation import prepare_start
 
 Variant = Callable[[gp.GraspProblem, gp.GraspStart], gp.Grasp]
@@ -27,6 +26,11 @@ ONE = gp.PlannerOptions(starts=1)
 def single(problem: gp.GraspProblem, start: gp.GraspStart, **options: object) -> gp.Grasp:
     """Plan from one start."""
     return gp.plan_grasp(problem, start=start, options=replace(ONE, **options))
+
+
+def by_sqp(problem: gp.GraspProblem, start: gp.GraspStart, **options: object) -> gp.Grasp:
+    """Plan from one start, both phases by SQP."""
+    return single(problem, replace(start, prepared=True), phase_one=True, **options)
 
 
 @contextmanager
@@ -47,7 +51,7 @@ def unscaled() -> Iterator[None]:
 def without_scaling(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
     """Both phases in plain SI units."""
     with unscaled():
-        return single(problem, start, phase_one=True)
+        return by_sqp(problem, start)
 
 
 def chained(problems: list[gp.GraspProblem], start: gp.GraspStart) -> gp.Grasp:
@@ -61,7 +65,7 @@ def chained(problems: list[gp.GraspProblem], start: gp.GraspStart) -> gp.Grasp:
             start = gp.GraspStart(grasp.joint_angles, grasp.palm_pose, delta_sigma)
         elif len(start.delta_sigma) != problem.n_synergies:
             start = replace(start, delta_sigma=np.zeros(problem.n_synergies))
-        grasp = single(problem, start, phase_one=True)
+        grasp = by_sqp(problem, start)
     assert grasp is not None
     return grasp
 
@@ -94,22 +98,13 @@ def less_force(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
 
 def least_squares_first(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
     """Phase one by least squares on the violations instead of SQP."""
-    grasp_program = program.GraspProgram(problem, start.palm_pose)
-    evaluator, scale = grasp_program.evaluator, grasp_program.scale
-    z = grasp_program.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
-    try:
-        x = reach_feasibility(grasp_program, z, lambda: None) * scale
-    except (ValueError, np.linalg.LinAlgError):
-        return single(problem, start)
-    layout = evaluator.layout
-    found = gp.GraspStart(x[layout.joints], evaluator.palm_pose(x), x[layout.displacement])
-    return single(problem, found, phase_one=False)
+    return single(problem, start, phase_one=True)
 
 
 def prepared(problem: gp.GraspProblem, start: gp.GraspStart) -> gp.Grasp:
     """The start moved along the synergies first, then both phases."""
     try:
-        return single(problem, prepare_start(problem, start).start, phase_one=True)
+        return by_sqp(problem, prepare_start(problem, start).start)
     except (ValueError, np.linalg.LinAlgError):
         return single(problem, start)
 
@@ -151,14 +146,14 @@ def trust_region(hessian: BFGS | SR1) -> Variant:
 
 VARIANTS: dict[str, Variant] = {
     "phase two alone": lambda p, s: single(p, s, phase_one=False),
-    "phase one, then two": lambda p, s: single(p, s, phase_one=True),
+    "phase one, then two": by_sqp,
     "prepared along the synergies, then both": prepared,
     "phase one by least squares, then two": least_squares_first,
     "both; without scaling of the variables": without_scaling,
-    "both; tolerance 1e-5": lambda p, s: single(p, s, phase_one=True, tolerance=1e-5),
-    "both; tolerance 1e-11": lambda p, s: single(p, s, phase_one=True, tolerance=1e-11),
-    "both; at most 400 iterations": lambda p, s: single(p, s, phase_one=True, max_iterations=400),
-    "both; from the mean posture": lambda p, s: single(p, replace(s, joint_angles=p.synergies.mean), phase_one=True),
+    "both; tolerance 1e-5": lambda p, s: by_sqp(p, s, tolerance=1e-5),
+    "both; tolerance 1e-11": lambda p, s: by_sqp(p, s, tolerance=1e-11),
+    "both; at most 400 iterations": lambda p, s: by_sqp(p, s, max_iterations=400),
+    "both; from the mean posture": lambda p, s: by_sqp(p, replace(s, joint_angles=p.synergies.mean)),
     "prepared; trust-constr with BFGS Hessians": trust_region(BFGS()),
     "prepared; trust-constr with SR1 Hessians": trust_region(SR1()),
     "continuation in n_s": fewer_synergies,

@@ -44,7 +44,7 @@ def test_a_prepared_start_lies_on_the_synergies_and_nearer(right):
 def test_the_same_seed_gives_the_same_starts(right):
     problem = problem_of(right)
     first, second = (
-        [start.delta_sigma for start in islice(search_starts(problem, np.random.default_rng(2)), 12)] for _ in range(2)
+        [start.delta_sigma for start in islice(search_starts(problem, np.random.default_rng(2)), 16)] for _ in range(2)
     )
     assert np.array_equal(first, second)
 
@@ -55,16 +55,20 @@ def test_a_given_start_comes_first_as_it_is(right):
     assert next(search_starts(problem, np.random.default_rng(0), given)) is given
 
 
-def test_cancelling_while_starts_are_prepared_returns_at_once(right):
-    polled = []
+def test_preparing_can_be_stopped(right):
+    class Stop(Exception):
+        """Raised by the check."""
 
-    def cancel():
-        polled.append(None)
-        return len(polled) > 3
+    checked = []
 
-    grasp = gp.plan_grasp(problem_of(right), cancel=cancel)
-    assert grasp.status == "cancelled"
-    assert len(polled) == 4
+    def check():
+        checked.append(None)
+        if len(checked) > 3:
+            raise Stop
+
+    with pytest.raises(Stop):
+        list(search_starts(problem_of(right), np.random.default_rng(0), check=check))
+    assert len(checked) == 4
 
 
 @pytest.mark.slow
