@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -109,6 +110,17 @@ def plan_grasp(
         return search.best()
 
 
+def feasible_rank(grasp: Grasp) -> tuple[float, ...]:
+    """Return what feasible grasps are ordered by, the best first.
+
+    The objective to three digits; of equally good ones the angle between the first task and its ellipsoid in whole
+    degrees, then the iterations it took.
+    """
+    angle, _ = grasp.alignments[0]
+    iterations = grasp.search.iterations if grasp.search is not None else 0
+    return False, float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
+
+
 class _Search:
     """Keeps the best grasp over the starts of one call."""
 
@@ -127,7 +139,7 @@ class _Search:
         self.tried = self.feasible = self.evaluations = 0
         self.stopped = False
         self.cancelled = False
-        self._best: tuple[tuple[bool, float], Grasp] | None = None
+        self._best: tuple[tuple[float, ...], Grasp] | None = None
 
     @property
     def finished(self) -> bool:
@@ -299,7 +311,7 @@ class _Search:
         grasp = self._grasp(attempt)
         feasible = grasp.is_feasible(FEASIBILITY_TOLERANCE)
         self.feasible += feasible
-        rank = (not feasible, grasp.objective if feasible else attempt.program.merit(attempt.z))
+        rank = feasible_rank(grasp) if feasible else (True, attempt.program.merit(attempt.z))
         if self._best is None or rank < self._best[0]:
             self._best = (rank, grasp)
         if self.result_callback is not None:

@@ -13,7 +13,7 @@ from .grasp import Grasp
 from .hand import Hand
 from .objects import Cylinder
 from .paper_tables import DIRECTIONS, PAPER_CELLS, PaperCell
-from .planner import PlannerOptions, plan_grasp
+from .planner import PlannerOptions, feasible_rank, plan_grasp
 from .problem import GraspParameters, GraspProblem
 from .starts import GraspStart
 from .task import force_task
@@ -208,10 +208,10 @@ def _continued(grasp: Grasp, problem: GraspProblem, seed: int, options: PlannerO
 
 def _better(grasp: Grasp, other: Grasp) -> Grasp:
     """Return the better of two grasps of one problem, with the efforts of both searches."""
-    chosen = min(grasp, other, key=lambda each: (not each.feasible, each.objective))
     ours, theirs = grasp.search, other.search
     assert ours is not None
     assert theirs is not None
+    chosen = min((grasp, other), key=lambda each: feasible_rank(each) if each.feasible else (True,))
     assert chosen.search is not None
     report = replace(
         chosen.search,
