@@ -170,5 +170,5 @@ def check_viewer(command, folder):
             assert answer.status == 200
     finally:
         viewer.send_signal(signal.SIGINT)
-        viewer.communicate(timeout=30)
+        viewer.communicate(timeout=120)
     assert viewer.returncode == 0

@@ -15,7 +15,9 @@ from grasp_planner.tolerance import least_tolerance
 
 
 def settled(hand, n_synergies, loads, direction=(0.0, 1.0, 0.0), radius=0.03):
-    problem = gp.GraspProblem(hand, gp.Cylinder(radius=radius), (gp.force_task(direction),), n_synergies, loads=loads)
+    problem = gp.GraspProblem(
+        hand, gp.Cylinder(radius=radius), (gp.force_task(direction),), n_synergies, synergy_set="native", loads=loads
+    )
     grasp = optimum_near(gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1)))
     assert grasp.feasible
     return grasp
@@ -107,7 +109,7 @@ def test_with_few_motors_the_hand_cannot_follow_with_its_palm_held(plain):
 
 @pytest.fixture(scope="module")
 def held(right):
-    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, loads=gp.LoadCases(force=0.5))
+    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, synergy_set="native", loads=gp.LoadCases(force=0.5))
     return gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
 
 
@@ -131,7 +133,9 @@ def test_at_its_tolerance_a_contact_starts_to_slip(held):
 @pytest.mark.slow
 @pytest.mark.parametrize("goal", ["force", "position", "rotation"])
 def test_improvement_withstands_more_within_its_budget(right, goal):
-    plain = gp.plan_grasp(gp.GraspProblem(right, gp.Cylinder(), n_synergies=5), options=gp.PlannerOptions(enough=1))
+    plain = gp.plan_grasp(
+        gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, synergy_set="native"), options=gp.PlannerOptions(enough=1)
+    )
     improved = gp.improve_grasp(plain, goal=goal, budget=0.5, trials=4)
     assert improved.after.feasible
     assert improved.after.force_norm <= 1.5 * plain.force_norm + 1e-5

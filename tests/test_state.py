@@ -7,7 +7,7 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.clearance_terms import problem_constraints
 from grasp_planner.program import GraspProgram
-from grasp_planner.state import StateEvaluator
+from grasp_planner.state import FRICTION_SMOOTHING, StateEvaluator
 from grasp_planner.terms import COSTS
 from tests.finite_differences import central_differences, relative_error
 
@@ -106,7 +106,11 @@ def test_the_fast_form_agrees_with_the_clear_formulas(hand, object_name, contact
     np.testing.assert_allclose(geometry.jacobian, grasp.hand_jacobian, atol=1e-13)
     scale = np.abs(grasp.forces).max()
     np.testing.assert_allclose(state.forces, grasp.forces, atol=1e-9 * scale)
-    np.testing.assert_allclose(state.friction_margins, grasp.friction_margins, atol=1e-5)
+    forces, friction = grasp.forces, problem.parameters.friction
+    tangential = np.linalg.norm(forces - grasp.normal_forces[:, None] * grasp.contacts.normals, axis=1)
+    smooth = friction * grasp.normal_forces - np.hypot(tangential, FRICTION_SMOOTHING)
+    np.testing.assert_allclose(state.friction_margins, smooth, atol=1e-9 * scale)
+    assert (state.friction_margins <= grasp.friction_margins).all()
     np.testing.assert_allclose(state.torques, grasp.bending_torques, atol=1e-9 * scale)
     assert state.force_norm == pytest.approx(grasp.force_norm, rel=1e-9)
     assert state.task_index == pytest.approx(grasp.task_index, rel=1e-8)
