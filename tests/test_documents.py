@@ -163,7 +163,14 @@ def test_the_quick_start_works_as_printed(number, tmp_path):
 
 def check_viewer(command, folder):
     """Start the viewer, read its page and end it as Ctrl+C does."""
-    viewer = subprocess.Popen([*command, "--no-open", "--port", "0"], cwd=folder, stdout=subprocess.PIPE, text=True)
+    # Tests that run in the background inherit an ignored SIGINT; the viewer needs the usual one.
+    viewer = subprocess.Popen(
+        [*command, "--no-open", "--port", "0"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     try:
         url = re.search(r"http://\S+[^;\s]", viewer.stdout.readline()).group()
         with urllib.request.urlopen(url, timeout=30) as answer:
