@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -113,7 +114,7 @@ def _pool(store: ResultStore, workers: int | None, scheduler: str | None) -> Cas
     return LocalPool(workers or os.cpu_count() or 1, info.planner, info.spec_hash, store.log)
 
 
-class BatchLoop:
+class BatchLoop(ABC):
     """One call of :func:`run_batch`, or of another function that works off cases."""
 
     def __init__(
@@ -193,9 +194,9 @@ class BatchLoop:
         detail = f"its worker died {job.attempt} times ({outcome.detail})"
         return self._failure(job, "crashed", "worker died", detail)
 
+    @abstractmethod
     def _failure(self, job: Job, status: str, reason: str, message: str) -> Row:
         """Return the row of a case that gave no answer."""
-        raise NotImplementedError
 
     def _report(self) -> BatchProgress:
         """Report how far it is."""

@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+from ..exceptions import FileFormatError
+from ..text_file import read_text_file
 from .errors import BatchDependencyError, ResultsError, SpecError
 
 MAX_SPEC_BYTES = 5_000_000
@@ -63,13 +65,9 @@ def read_yaml(path: Path) -> tuple[Any, Lines]:
 def _text(path: Path) -> str:
     """Return the text of a file of limited size."""
     try:
-        if path.stat().st_size > MAX_SPEC_BYTES:
-            raise ResultsError(path, f"larger than the {MAX_SPEC_BYTES} bytes allowed")
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ResultsError(path, error.strerror or "can't be read") from None
-    except UnicodeDecodeError:
-        raise ResultsError(path, "is not UTF-8 text") from None
+        return read_text_file(path, MAX_SPEC_BYTES)
+    except FileFormatError as error:
+        raise ResultsError(path, error.reason) from None
 
 
 def _walk(file: Path, node: Any, where: str, lines: Lines) -> None:
