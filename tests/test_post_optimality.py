@@ -131,17 +131,28 @@ def test_at_its_tolerance_a_contact_starts_to_slip(held):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("synergy_set", ["native", "santello"])
 @pytest.mark.parametrize("goal", ["force", "position", "rotation"])
-def test_improvement_withstands_more_within_its_budget(right, goal):
-    plain = gp.plan_grasp(
-        gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, synergy_set="native"), options=gp.PlannerOptions(enough=1)
-    )
+def test_improvement_withstands_more_within_its_budget(right, goal, synergy_set):
+    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, synergy_set=synergy_set)
+    plain = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     improved = gp.improve_grasp(plain, goal=goal, budget=0.5, trials=4)
     assert improved.after.feasible
     assert improved.after.force_norm <= 1.5 * plain.force_norm + 1e-5
     assert withstood(improved.after, goal) > withstood(plain, goal)
     reached = max(step.disturbance for step in improved.steps if step.feasible)
     assert withstood(improved.after, goal) >= 0.8 * reached, "friction is held on the hull of 14 directions"
+
+
+def test_a_plan_beyond_the_limits_of_the_hand_is_brought_within(right):
+    problem = gp.GraspProblem(right, gp.Cylinder(radius=0.035), n_synergies=5, synergy_set="santello")
+    plain = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    assert plain.normal_forces.max() > right.max_normal_force, "without load cases nothing limits it"
+    assert withstood(plain, "force") == 0.0
+    improved = gp.improve_grasp(plain, budget=0.2, trials=3).after
+    assert improved.normal_forces.max() <= right.max_normal_force + 1e-6
+    assert (np.abs(improved.joint_torques) <= right.torque_limits + 1e-6).all()
+    assert withstood(improved, "force") > 0.2
 
 
 def test_the_least_tolerance_is_that_of_the_worst_direction(held):
