@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .grasp import Grasp
-from .kkt import NlpPoint
+from .kkt import Evaluate, NlpPoint
 from .problem import GraspProblem
 from .program import GraspProgram
 from .spatial import Array
@@ -31,6 +31,17 @@ class OptimalityProgram:
     def evaluate(self, z: Array) -> NlpPoint:
         """Return the program at scaled variables."""
         return self.point_of(self.base.problem, self.base.state(z))
+
+    def at(self, problem: GraspProblem) -> Evaluate:
+        """Return the program of another problem with the same variables."""
+        evaluator = StateEvaluator(problem, self.reference)
+        return lambda z: self.point_of(problem, evaluator.evaluate(z * self.base.scale))
+
+    def costs(self, problem: GraspProblem, z: Array) -> Array:
+        """Return F [N] and w_F F + w_C C of a problem at scaled variables, of shape (2,)."""
+        state, model = self.state(problem, z), problem.parameters
+        force, task = state.force_norm, state.task_index
+        return np.array([force, model.force_weight * force + model.task_weight * task])
 
     def names(self) -> list[str]:
         """Return the name of every constraint."""

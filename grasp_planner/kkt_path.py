@@ -1,0 +1,69 @@
+"""Where a KKT point moves when its program changes, its active constraints kept: Newton's method. No robotics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .kkt import Evaluate, Indices, KktPoint, NlpPoint, kkt_change, lagrangian_gradient, lagrangian_hessian
+from .spatial import Array
+
+STEPS = 8
+"""Most Newton steps; they converge quadratically or not at all."""
+LARGEST_STEP = 1.0
+"""Step, in scaled variables of order one, from which Newton's method counts as astray."""
+SMALL_STEP = 1e-7
+"""Step after which a quadratically convergent sequence has ended: what is left is of the order of its square."""
+LEFT = 1e-7
+"""Violation of active constraints, and gradient of the Lagrangian relative to the objective's, that may be left."""
+
+
+@dataclass(frozen=True)
+class MovedPoint:
+    """A KKT point of a changed program with the active constraints of the unchanged one.
+
+    Attributes:
+        z: The point, of shape (n,).
+        multipliers: λ of the active constraints, of shape (a,).
+        point: The program there.
+    """
+
+    z: Array
+    multipliers: Array
+    point: NlpPoint
+
+
+def moved_point(
+    found: KktPoint, evaluate: Evaluate, z: Array, multipliers: Array, free: Indices | None = None
+) -> MovedPoint | None:
+    """Return the KKT point of a changed program near a prediction, the active constraints kept.
+
+    Args:
+        found: The KKT point of the unchanged program.
+        evaluate: The changed program.
+        z: The predicted point, of shape (n,).
+        multipliers: The predicted λ of the active constraints of ``found``, of shape (a,).
+        free: Indices of the variables that may move; all if left out.
+
+    Returns:
+        The point; None if Newton's method does not converge from the prediction.
+    """
+    active, before = found.active, np.inf
+    chosen = np.arange(len(z)) if free is None else free
+    point = evaluate(z)
+    for _ in range(STEPS):
+        everywhere = np.zeros(len(point.residuals))
+        everywhere[active] = multipliers
+        here = replace(found, z=z, point=point, hessian=lagrangian_hessian(evaluate, z, everywhere))
+        step = kkt_change(here, lagrangian_gradient(point, active, multipliers), point.residuals, free)
+        size = float(np.abs(step.z).max())
+        if not size < min(LARGEST_STEP, before):
+            return None
+        z, multipliers, before = z + step.z, multipliers + step.multipliers, size
+        point = evaluate(z)
+        if size < SMALL_STEP:
+            break
+    slope = np.abs(lagrangian_gradient(point, active, multipliers)[chosen]).max()
+    left = max(np.abs(point.residuals[active]).max(initial=0.0), slope / np.abs(point.gradient).max())
+    return MovedPoint(z, multipliers, point) if left < LEFT else None
