@@ -9,12 +9,14 @@ import numpy as np
 from .kkt import Evaluate, Indices, KktPoint, NlpPoint, kkt_change, lagrangian_gradient, lagrangian_hessian
 from .spatial import Array
 
-STEPS = 8
-"""Most Newton steps; they converge quadratically or not at all."""
+STEPS = 20
+"""Most steps."""
+CONTRACTING = 0.3
+"""Steps with an old Hessian go on as long as each is shorter than this times the one before."""
 LARGEST_STEP = 1.0
 """Step, in scaled variables of order one, from which Newton's method counts as astray."""
 SMALL_STEP = 1e-7
-"""Step after which a quadratically convergent sequence has ended: what is left is of the order of its square."""
+"""Step, in scaled variables, that ends the sequence: what is left is less than that."""
 LEFT = 1e-7
 """Violation of active constraints, and gradient of the Lagrangian relative to the objective's, that may be left."""
 
@@ -49,18 +51,23 @@ def moved_point(
     Returns:
         The point; None if Newton's method does not converge from the prediction.
     """
-    active, before = found.active, np.inf
-    chosen = np.arange(len(z)) if free is None else free
-    point = evaluate(z)
+    active, chosen = found.active, np.arange(len(z)) if free is None else free
+    # With the old Hessian a correction has to be much shorter than the one before; the first, than the prediction.
+    before, short = np.inf, CONTRACTING * float(np.abs(z - found.z).max())
+    point, hessian, fresh = evaluate(z), found.hessian, False
     for _ in range(STEPS):
-        everywhere = np.zeros(len(point.residuals))
-        everywhere[active] = multipliers
-        here = replace(found, z=z, point=point, hessian=lagrangian_hessian(evaluate, z, everywhere))
+        here = replace(found, z=z, point=point, hessian=hessian)
         step = kkt_change(here, lagrangian_gradient(point, active, multipliers), point.residuals, free)
         size = float(np.abs(step.z).max())
-        if not size < min(LARGEST_STEP, before):
-            return None
-        z, multipliers, before = z + step.z, multipliers + step.multipliers, size
+        if not size < min(LARGEST_STEP, before if fresh else max(short, SMALL_STEP)):
+            if fresh:
+                return None
+            everywhere = np.zeros(len(point.residuals))
+            everywhere[active] = multipliers
+            hessian, fresh = lagrangian_hessian(evaluate, z, everywhere), True
+            continue
+        z, multipliers = z + step.z, multipliers + step.multipliers
+        before, short, fresh = size, CONTRACTING * size, False
         point = evaluate(z)
         if size < SMALL_STEP:
             break

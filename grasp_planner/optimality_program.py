@@ -37,12 +37,6 @@ class OptimalityProgram:
         evaluator = StateEvaluator(problem, self.reference)
         return lambda z: self.point_of(problem, evaluator.evaluate(z * self.base.scale))
 
-    def costs(self, problem: GraspProblem, z: Array) -> Array:
-        """Return F [N] and w_F F + w_C C of a problem at scaled variables, of shape (2,)."""
-        state, model = self.state(problem, z), problem.parameters
-        force, task = state.force_norm, state.task_index
-        return np.array([force, model.force_weight * force + model.task_weight * task])
-
     def names(self) -> list[str]:
         """Return the name of every constraint."""
         names = []

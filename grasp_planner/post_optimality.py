@@ -2,7 +2,7 @@
 
 At a KKT point dx*/dp and dλ/dp follow from the KKT system of the active constraints. Derivatives by x are analytic;
 those by parameters, and the Hessian of the Lagrangian, are central differences of analytic gradients. The validity
-radius is how far a parameter may change until the active set does, or the change of F or z is off by 5 %.
+radius is how far a parameter may change until the active set does, or the predicted change of F is off by 5 %.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class Sensitivity:
         d_joint_angles: dq*/dp [rad per unit], of shape (n_q,).
         d_palm: Change of the palm in O per unit, translation [m] and rotation vector [rad], of shape (6,).
         d_delta_sigma: dδσ*/dp [rad per unit], of shape (n_s,).
-        down: Largest decrease for which the active set stays and F and z change by dF*/dp and dz*/dp to 5 %, ≥ 0;
-            examined up to half the parameter's scale.
+        down: Largest decrease for which the active set stays and F changes by dF*/dp to 5 %, ≥ 0; examined up to half
+            the parameter's scale.
         up: Largest increase.
         ends_down: What ends it: a constraint that becomes active or that stops being so, or the curvature.
         ends_up: The same for the increase.
@@ -181,8 +181,7 @@ def _sensitivity(program: OptimalityProgram, found: KktPoint, names: list[str], 
     (down, ends_down), (up, ends_up) = CANNOT_FOLLOW
     if follows:
         rates = d_residuals + found.point.jacobian @ change.z
-        costs = np.array([d_force, d_objective])
-        told = Prediction(program, found, names, parameter, d_z, change.multipliers, rates, costs, free)
+        told = Prediction(program, found, names, parameter, d_z, change.multipliers, rates, d_force, free)
         (down, ends_down), (up, ends_up) = validity(told)
     return Sensitivity(
         name=parameter.name,

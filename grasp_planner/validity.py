@@ -2,7 +2,7 @@
 
 To first order it holds until an inactive constraint becomes active or a multiplier changes sign. Before that the
 optimum may have bent away from its tangent. So the optimum is followed to the end of the first-order range with
-its active constraints, and the range is shortened until F and z really change as predicted and the active set stays.
+its active constraints, and the range is shortened until F really changes as predicted and the active set stays.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from .problem_parameters import Parameter
 from .spatial import Array
 
 ACCURACY = 0.05
-"""Largest error of the predicted changes of F and z, relative to them."""
+"""Largest error of the predicted change of F, relative to it."""
 NOTHING = 1e-6
-"""Changes of F and z below this, relative to F and z, count as none."""
+"""Changes of F below this, relative to F, count as none."""
 FARTHEST = 0.5
 """Largest change of a parameter that is examined, relative to its scale."""
 TRIALS = 8
@@ -31,7 +31,7 @@ TRIALS = 8
 TIGHT = 1e-7
 """Residuals and multipliers below minus this count as a change of the active set."""
 NO_END = "examined no further"
-BENT = f"dF*/dp or dz*/dp is off by {100 * ACCURACY:g} %"
+BENT = f"the change of F is off by {100 * ACCURACY:g} %"
 LOST = "the optimum can't be followed"
 
 
@@ -47,7 +47,7 @@ class Prediction:
         d_z: dz/dp, of shape (n,).
         d_multipliers: dλ/dp of the active constraints, of shape (a,).
         rates: Change of all constraints per unit, of shape (m,).
-        d_costs: Change of F and of z = w_F F + w_C C per unit, of shape (2,).
+        d_force_norm: dF*/dp [N per unit].
         free: Indices of the variables that answer; None for all.
     """
 
@@ -58,7 +58,7 @@ class Prediction:
     d_z: Array
     d_multipliers: Array
     rates: Array
-    d_costs: Array
+    d_force_norm: float
     free: Indices | None
 
 
@@ -118,7 +118,7 @@ def _moved(prediction: Prediction, step: float) -> MovedPoint | None:
     z = found.z + step * prediction.d_z
     if parameter.palm is not None:
         pose = program.layout.pose
-        z[pose] = program.base.evaluator.chart.coordinates(_carried(prediction, step)) / program.base.scale[pose]
+        z[pose] = program.base.evaluator.chart.coordinates(carried_palm(prediction, step)) / program.base.scale[pose]
     multipliers = found.multipliers + step * prediction.d_multipliers
     try:
         return moved_point(found, program.at(parameter.apply(step)), z, multipliers, prediction.free)
@@ -126,7 +126,7 @@ def _moved(prediction: Prediction, step: float) -> MovedPoint | None:
         return None  # no such problem, or no such grasp
 
 
-def _carried(prediction: Prediction, step: float) -> pin.SE3:
+def carried_palm(prediction: Prediction, step: float) -> pin.SE3:
     """Return the pose of a held palm in O after the object has moved."""
     assert prediction.parameter.palm is not None
     before = prediction.program.base.evaluator.palm_pose(prediction.found.z * prediction.program.base.scale)
@@ -150,10 +150,8 @@ def _changed_set(prediction: Prediction, moved: MovedPoint) -> str | None:
 
 
 def _error(prediction: Prediction, step: float, moved: MovedPoint) -> float:
-    """Return the error of the predicted changes of F and z over the one that is allowed."""
-    program = prediction.program
-    before = program.costs(program.base.problem, prediction.found.z)
-    after = program.costs(prediction.parameter.apply(step), moved.z)
-    told = step * prediction.d_costs
-    allowed = ACCURACY * np.abs(told) + NOTHING * np.abs(before)
-    return float((np.abs(after - before - told) / np.maximum(allowed, 1e-300)).max())
+    """Return the error of the predicted change of F over the one that is allowed."""
+    program, told = prediction.program, step * prediction.d_force_norm
+    before = program.base.state(prediction.found.z).force_norm
+    after = program.state(prediction.parameter.apply(step), moved.z).force_norm
+    return abs(after - before - told) / max(ACCURACY * abs(told) + NOTHING * before, 1e-300)
