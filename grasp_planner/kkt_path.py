@@ -15,8 +15,9 @@ CONTRACTING = 0.3
 """Steps with an old Hessian go on as long as each is shorter than this times the one before."""
 LARGEST_STEP = 1.0
 """Step, in scaled variables of order one, from which Newton's method counts as astray."""
-SMALL_STEP = 1e-7
-"""Step, in scaled variables, that ends the sequence: what is left is less than that."""
+SMALL_STEP, SMALL_NEWTON_STEP = 1e-9, 1e-6
+"""Steps, in scaled variables, that end the sequence: with an old Hessian, and with a new one, where what is left is of
+the order of the step's square."""
 LEFT = 1e-7
 """Violation of active constraints, and gradient of the Lagrangian relative to the objective's, that may be left."""
 
@@ -52,14 +53,15 @@ def moved_point(
         The point; None if Newton's method does not converge from the prediction.
     """
     active, chosen = found.active, np.arange(len(z)) if free is None else free
-    # With the old Hessian a correction has to be much shorter than the one before; the first, than the prediction.
-    before, short = np.inf, CONTRACTING * float(np.abs(z - found.z).max())
+    # With an old Hessian a step has to be much shorter than the one before; the first, than the prediction. A step
+    # with a new one has to be shorter than the last such step.
+    old_limit, new_limit = CONTRACTING * float(np.abs(z - found.z).max()), LARGEST_STEP
     point, hessian, fresh = evaluate(z), found.hessian, False
     for _ in range(STEPS):
         here = replace(found, z=z, point=point, hessian=hessian)
         step = kkt_change(here, lagrangian_gradient(point, active, multipliers), point.residuals, free)
         size = float(np.abs(step.z).max())
-        if not size < min(LARGEST_STEP, before if fresh else max(short, SMALL_STEP)):
+        if not size < (new_limit if fresh else max(old_limit, SMALL_STEP)):
             if fresh:
                 return None
             everywhere = np.zeros(len(point.residuals))
@@ -67,10 +69,11 @@ def moved_point(
             hessian, fresh = lagrangian_hessian(evaluate, z, everywhere), True
             continue
         z, multipliers = z + step.z, multipliers + step.multipliers
-        before, short, fresh = size, CONTRACTING * size, False
         point = evaluate(z)
-        if size < SMALL_STEP:
+        if size < (SMALL_NEWTON_STEP if fresh else SMALL_STEP):
             break
+        new_limit = size if fresh else new_limit
+        old_limit, fresh = CONTRACTING * size, False
     slope = np.abs(lagrangian_gradient(point, active, multipliers)[chosen]).max()
     left = max(np.abs(point.residuals[active]).max(initial=0.0), slope / np.abs(point.gradient).max())
     return MovedPoint(z, multipliers, point) if left < LEFT else None

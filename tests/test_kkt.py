@@ -56,7 +56,7 @@ def test_the_point_of_the_disc_is_followed_to_another_disc():
     found = kkt_point(circle(2.0), np.array([-0.3, -0.9]))
     moved = moved_point(found, circle(3.0), found.z, found.multipliers)
     np.testing.assert_allclose(moved.z, -np.sqrt(3.0 / 5) * np.array([1.0, 2.0]), atol=1e-12)
-    assert moved.multipliers == pytest.approx([np.sqrt(5 / 3.0) / 2], rel=1e-10)
+    assert moved.multipliers == pytest.approx([np.sqrt(5 / 3.0) / 2], rel=1e-7)
     along = moved_point(found, circle(3.0), found.z, found.multipliers, free=np.array([1]))
     assert along.z[0] == found.z[0]
     assert along.z @ along.z == pytest.approx(3.0)
