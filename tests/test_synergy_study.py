@@ -124,6 +124,7 @@ def test_margins_are_those_of_what_is_simulated(right):
     np.testing.assert_array_equal(same.forces, grasp.forces)
 
 
+@pytest.mark.slow
 def test_a_study_grows_and_is_written(tmp_path):
     settings = StudySettings(object_kinds=("cylinder", "sphere"), counts=(15,), problems=1, contact_set="sphere")
     first = next(run_study(settings, tmp_path))
