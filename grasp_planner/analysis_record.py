@@ -37,7 +37,7 @@ class SensitivityRecord(Record):
     d_joint_angles: list[Optional]
     d_palm: list[Optional] = Field(description="translation, rotation vector, in O")
     d_delta_sigma: list[Optional]
-    down: Optional = Field(description="largest decrease for which the active set stays; null if any")
+    down: Optional = Field(description="largest decrease for which the active set stays and F follows to 5 %")
     up: Optional
     ends_down: str
     ends_up: str

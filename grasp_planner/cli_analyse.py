@@ -38,7 +38,8 @@ def analyse(file: Path, json_file: Path | None, sensitivity: bool) -> None:
     """Print margins, stability, tolerance and sensitivities of a planned grasp.
 
     FILE is a grasp of `plan --json`. The sensitivities are those of the optimum near the grasp: dF*/dp for friction,
-    mass, size, compliances and the object's pose, and how far each parameter may change until the active set does.
+    mass, size, compliances and the object's pose, and how far each parameter may change until the active set does or F
+    is 5 % off what they predict.
     """
     grasp = grasp_from_record(read_grasp_record(file))
     console = Console(stderr=str(json_file) == "-")
@@ -120,7 +121,7 @@ def _print_sensitivities(console: Console, grasp: Grasp, found: PostOptimality) 
     )
     if found.stationarity > SETTLED:
         console.print(f"[red]not settled (gradient left {found.stationarity:.1e}): sensitivities are rough[/]")
-    title = "sensitivity of the optimum, and how far each parameter may change until the active set does"
+    title = "sensitivity of the optimum, and how far each parameter may change for F to follow it (to 5 %)"
     table = new_table(title, ("parameter p", "dF*/dp \\[N per unit]", "unit", "valid −", "valid +"))
     for entry in found.sensitivities:
         if entry.follows:

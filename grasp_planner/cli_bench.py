@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from .cli_options import parse_counts
+from .cli_options import parse_counts, parse_names
 from .cli_output import check_writable
 from .exceptions import InvalidValueError, NameNotFoundError
 from .spatial import positive_whole
@@ -68,11 +68,11 @@ def bench(
         raise InvalidValueError("cpu-limit", cpu_limit, "a number > 0 [s]")
     check_writable(json_file)
     counts = parse_counts("synergies", synergies)
-    kinds = tuple(OBJECTS) if objects == "all" else _names(objects)
+    kinds = tuple(OBJECTS) if objects == "all" else parse_names(objects)
     for kind in kinds:
         if kind not in OBJECTS:
             raise NameNotFoundError("kind of object", kind, (*OBJECTS, "all"))
-    groups: list[Group] = list(itertools.product(_names(synergy_sets), kinds, counts))
+    groups: list[Group] = list(itertools.product(parse_names(synergy_sets), kinds, counts))
     links = clearance == "links"
 
     def case(seed: int, synergy_set: str, kind: str, n_s: int) -> BenchmarkCase:
@@ -100,11 +100,6 @@ def bench(
             "problems": benchmark.as_rows(results),
         }
         json_file.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
-
-
-def _names(text: str) -> tuple[str, ...]:
-    """Return the entries of a comma-separated list."""
-    return tuple(part.strip() for part in text.split(",") if part.strip())
 
 
 def _speed_table(speeds: Sequence[EvaluationSpeed]) -> Table:

@@ -213,6 +213,11 @@ def parse_counts(name: str, text: str) -> tuple[int, ...]:
     return tuple(dict.fromkeys(counts))
 
 
+def parse_names(text: str) -> tuple[str, ...]:
+    """Return the entries of a comma-separated list, each once."""
+    return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+
+
 def _given(value: float | None, default: float) -> float:
     """Return an option's value, or the default where it was left out."""
     return default if value is None else value

@@ -2,7 +2,8 @@
 
 [Mavrogiannis2014] names this as future work: a step after the optimisation that makes the grasp robust. Here the
 sphere of disturbing forces, or of shifts or turns of the object, grows by bisection, each time planned anew from the
-best grasp so far with the same weights of F and C, the same other load cases, and F ≤ (1 + ε) F*.
+best grasp so far with the same weights of F and C, the same other load cases, F ≤ (1 + ε) F*, and within the hand's
+limits: what lies beyond them is not withstood, whether or not the problem asked for them.
 """
 
 from __future__ import annotations
@@ -128,6 +129,8 @@ def improve_grasp(
 
 def _asking(loads: LoadCases, goal: Goal, size: float) -> LoadCases:
     """Return load cases that ask for a disturbance of some size."""
+    # The margins count the hand's limits, so the trials have to hold them: else they end at forces that count as lost.
+    loads = replace(loads, hand_limits=True)
     if goal == "force":
         return replace(loads, force=size)
     return replace(loads, position_error=size) if goal == "position" else replace(loads, rotation_error=size)

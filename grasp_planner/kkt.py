@@ -97,7 +97,7 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = 80, tolerance: 
     active, values = _least_squares_multipliers(point, 1e-3)
     everywhere[active] = values
     for _ in range(iterations):
-        hessian = _lagrangian_hessian(evaluate, z, everywhere)
+        hessian = lagrangian_hessian(evaluate, z, everywhere)
         rows = point.jacobian[_working(point, everywhere)]
         found = _quadratic_step(_convex(hessian, rows), point, reach)
         if found is None:
@@ -126,7 +126,7 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = 80, tolerance: 
     everywhere[active] = values
     size = max(float(np.linalg.norm(point.gradient)), 1e-300)
     left = point.gradient - point.jacobian[active].T @ values
-    hessian = _lagrangian_hessian(evaluate, z, everywhere)
+    hessian = lagrangian_hessian(evaluate, z, everywhere)
     return KktPoint(z, point, active, values, hessian, float(np.linalg.norm(left)) / size)
 
 
@@ -238,7 +238,7 @@ def _least_squares_multipliers(point: NlpPoint, near: float) -> tuple[Indices, A
     return active, values[keep]
 
 
-def _lagrangian_hessian(evaluate: Evaluate, z: Array, multipliers: Array) -> Array:
+def lagrangian_hessian(evaluate: Evaluate, z: Array, multipliers: Array) -> Array:
     """Return the Hessian of f − λ·c by central differences of its gradient."""
     used = np.flatnonzero(multipliers)
     columns = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .grasp import Grasp
-from .kkt import NlpPoint
+from .kkt import Evaluate, NlpPoint
 from .problem import GraspProblem
 from .program import GraspProgram
 from .spatial import Array
@@ -31,6 +31,11 @@ class OptimalityProgram:
     def evaluate(self, z: Array) -> NlpPoint:
         """Return the program at scaled variables."""
         return self.point_of(self.base.problem, self.base.state(z))
+
+    def at(self, problem: GraspProblem) -> Evaluate:
+        """Return the program of another problem with the same variables."""
+        evaluator = StateEvaluator(problem, self.reference)
+        return lambda z: self.point_of(problem, evaluator.evaluate(z * self.base.scale))
 
     def names(self) -> list[str]:
         """Return the name of every constraint."""

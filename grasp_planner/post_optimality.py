@@ -1,25 +1,25 @@
 """Post-optimality ([Mavrogiannis2014] section V): how the best grasp changes with the parameters of its problem.
 
 At a KKT point dx*/dp and dλ/dp follow from the KKT system of the active constraints. Derivatives by x are analytic;
-those by parameters, and the Hessian of the Lagrangian, are central differences of analytic gradients. To first
-order the result holds until an inactive constraint becomes active or a multiplier changes sign: the validity radius.
+those by parameters, and the Hessian of the Lagrangian, are central differences of analytic gradients. The validity
+radius is how far a parameter may change until the active set does, or the predicted change of F is off by 5 %.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from .grasp import Grasp
-from .kkt import KktChange, KktPoint, kkt_change, kkt_point, lagrangian_gradient
+from .kkt import KktPoint, kkt_change, kkt_point, lagrangian_gradient
 from .nlp import solve_nlp
 from .optimality_program import OptimalityProgram
 from .problem import GraspProblem
 from .problem_parameters import Parameter, parameters_of
 from .spatial import Array
+from .validity import Prediction, validity
 
 PARAMETER_STEP = 1e-4
 """Step of the central differences by parameters, relative to their scale."""
@@ -27,6 +27,7 @@ SETTLING_ITERATIONS, SETTLING_TOLERANCE = 600, 1e-12
 """How the solver is begun anew at a planned grasp: plans end before they have settled."""
 FOLLOWS = 1e-6
 """Relative mismatch of the active constraints above which no neighbouring grasp keeps all of them."""
+CANNOT_FOLLOW = ((0.0, "the palm is held and the motors are too few"),) * 2
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,10 @@ class Sensitivity:
         d_joint_angles: dq*/dp [rad per unit], of shape (n_q,).
         d_palm: Change of the palm in O per unit, translation [m] and rotation vector [rad], of shape (6,).
         d_delta_sigma: dδσ*/dp [rad per unit], of shape (n_s,).
-        down: Largest decrease to which this holds to first order, ≥ 0.
+        down: Largest decrease for which the active set stays and F changes by dF*/dp to 5 %, ≥ 0; examined up to half
+            the parameter's scale.
         up: Largest increase.
-        ends_down: What changes there: a constraint that becomes active or that stops being so.
+        ends_down: What ends it: a constraint that becomes active or that stops being so, or the curvature.
         ends_up: The same for the increase.
         follows: Whether a neighbouring grasp keeps all active constraints; if not, the derivatives are not a number.
     """
@@ -169,30 +171,32 @@ def _sensitivity(program: OptimalityProgram, found: KktPoint, names: list[str], 
         d_residuals = d_residuals + found.point.jacobian @ moved
         free = np.setdiff1d(np.arange(layout.size), np.arange(layout.size)[layout.pose])
     change = kkt_change(found, d_gradient, d_residuals, free)
-    d_z = change.z + moved
     follows = change.mismatch <= FOLLOWS
-    if not follows:
-        d_z = np.full_like(d_z, np.nan)
-    state = program.base.state(found.z)
-    d_x = d_z * scale
+    d_z = change.z + moved if follows else np.full(layout.size, np.nan)
+    state, d_x = program.base.state(found.z), d_z * scale
     d_force = float(d_costs[0] + state.d_force_norm @ d_x)
     d_task = float(d_costs[1] + state.d_task_index @ d_x)
     model = program.base.problem.parameters
-    (down, ends_down), (up, ends_up) = _validity(found, names, change, d_residuals)
+    d_objective = model.force_weight * d_force + model.task_weight * d_task
+    (down, ends_down), (up, ends_up) = CANNOT_FOLLOW
+    if follows:
+        rates = d_residuals + found.point.jacobian @ change.z
+        told = Prediction(program, found, names, parameter, d_z, change.multipliers, rates, d_force, free)
+        (down, ends_down), (up, ends_up) = validity(told)
     return Sensitivity(
         name=parameter.name,
         unit=parameter.unit,
         value=parameter.value,
         d_force_norm=d_force,
         d_task_index=d_task,
-        d_objective=model.force_weight * d_force + model.task_weight * d_task,
+        d_objective=d_objective,
         d_joint_angles=_fixed(d_x[layout.joints]),
         d_palm=_fixed(d_x[layout.pose]),
         d_delta_sigma=_fixed(d_x[layout.displacement]),
-        down=down if follows else 0.0,
-        up=up if follows else 0.0,
-        ends_down=ends_down if follows else "the palm is held and the motors are too few",
-        ends_up=ends_up if follows else "the palm is held and the motors are too few",
+        down=down,
+        up=up,
+        ends_down=ends_down,
+        ends_up=ends_up,
         follows=follows,
     )
 
@@ -218,26 +222,3 @@ def _by_parameter(
     up, down = sides
     first, second, third = ((a - b) / (2.0 * step) for a, b in zip(up, down, strict=True))
     return first, second, third
-
-
-def _validity(
-    found: KktPoint, names: list[str], change: KktChange, d_residuals: Array
-) -> tuple[tuple[float, str], tuple[float, str]]:
-    """Return how far the parameter may fall and rise to first order, and which change of the active set ends it."""
-    point, active = found.point, found.active
-    rates = d_residuals + point.jacobian @ change.z
-    values = [*point.residuals, *found.multipliers]
-    slopes = [*rates, *change.multipliers]
-    labels = [f"{name} becomes active" for name in names] + [f"{names[k]} stops being active" for k in active]
-    skipped = set(active.tolist()) | set(range(point.n_equalities))
-    ends = [(math.inf, "nothing"), (math.inf, "nothing")]
-    for k, (value, slope, label) in enumerate(zip(values, slopes, labels, strict=True)):
-        if k in skipped or (k >= len(names) and active[k - len(names)] < point.n_equalities):
-            continue
-        if abs(slope) < 1e-14:
-            continue
-        distance = max(float(value), 0.0) / abs(float(slope))
-        side = 0 if slope > 0.0 else 1
-        if distance < ends[side][0]:
-            ends[side] = (distance, label)
-    return ends[0], ends[1]

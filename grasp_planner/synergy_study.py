@@ -1,56 +1,30 @@
-"""Physics against the number of synergies: random problems planned and simulated, and what predicts holding."""
+"""Physics against the number of synergies: random problems planned and simulated, row by row."""
 
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
+from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from scipy.stats import spearmanr
-
-from .benchmark_problems import BenchmarkCase
-from .exceptions import FileFormatError, GraspPlannerError, InvalidValueError
-from .grasp import Grasp
+from .benchmark_problems import OBJECTS, BenchmarkCase
+from .exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from .hand import load_hand
+from .load_cases import LoadCases
 from .planner import PlannerOptions, plan_grasp
+from .problem import GraspProblem
 from .simulate import Protocol, find_protocol, simulate_grasp
+from .spatial import positive, positive_whole
+from .study_margins import grasp_as_simulated, static_margins
 
-Margin = Callable[[Grasp], float]
 ROWS_FILE = "rows.jsonl"
-
-
-def least_friction_share(grasp: Grasp) -> float:
-    """Return the least share of friction that is left at a contact, 1 − |f_t| / (μ f_n)."""
-    usable = grasp.problem.parameters.friction * np.maximum(grasp.normal_forces, 1e-12)
-    return float((grasp.friction_margins / usable).min())
-
-
-def joint_spring_stiffness(grasp: Grasp) -> float:
-    """Return the least stiffness [N/m] of the held object against translation by the joint springs alone.
-
-    The least eigenvalue of G_t (J C_q Jᵀ)⁺ G_tᵀ, without the geometric terms of the preload.
-    """
-    jacobian, compliance = grasp.hand_jacobian, grasp.problem.joint_compliance
-    springs = np.linalg.pinv((jacobian * compliance) @ jacobian.T, rcond=1e-9, hermitian=True)
-    linear = grasp.grasp_matrix[:3]
-    return float(np.linalg.eigvalsh(linear @ springs @ linear.T).min())
-
-
-MARGINS: dict[str, Margin] = {
-    "F": lambda grasp: grasp.force_norm,
-    "F / floor": lambda grasp: grasp.force_norm / grasp.force_norm_floor,
-    "force-closure margin": lambda grasp: grasp.force_closure_margin,
-    "least friction share": least_friction_share,
-    "least normal force": lambda grasp: float(grasp.normal_forces.min()),
-    "least spring stiffness": joint_spring_stiffness,
-}
-"""Static margins of a grasp that are compared with the simulated load at failure; add yours here."""
+Key = tuple[str, str, int, int]
+"""Synergy set, kind of object, number of synergies, seed."""
 
 
 @dataclass(frozen=True)
@@ -60,28 +34,35 @@ class StudySettings:
     Attributes:
         hand: Hand by name or description file.
         synergy_sets: Names of synergy sets.
+        object_kinds: Kinds of random objects, out of :data:`~grasp_planner.benchmark_problems.OBJECTS`.
         counts: Numbers of synergies.
-        problems: Random problems for each set and number; their seeds are 0, 1, ….
+        problems: Random problems for each set, kind and number; their seeds are 0, 1, ….
         contact_set: Contact set; the hand's first if None.
         clearance: Whether links keep clear; if not, only the fingertips collide in the simulation.
         loads: Whether the plans have to hold the standard load cases.
+        friction_safety: s ≥ 1: the plans' forces stay in the cones of μ/s; the standard's 1.2 with load cases and 1
+            without if None.
         squeeze: Factor on δσ in the simulation.
         protocol: Name of the protocol.
         starts: Most starts of a search; the first feasible one is taken.
-        time_limit_s: Longest search [s].
+        time_limit_s: Longest search, wall time [s]; None for no limit.
+        cpu_limit_s: Longest search, processor time [s]; None for no limit.
     """
 
     hand: str = "dlr_hit_ii_right"
     synergy_sets: tuple[str, ...] = ("native",)
+    object_kinds: tuple[str, ...] = ("cylinder",)
     counts: tuple[int, ...] = tuple(range(1, 16))
     problems: int = 20
     contact_set: str | None = None
     clearance: bool = False
     loads: bool = False
+    friction_safety: float | None = None
     squeeze: float = 1.0
     protocol: str = "plan"
     starts: int = 40
-    time_limit_s: float = 60.0
+    time_limit_s: float | None = 60.0
+    cpu_limit_s: float | None = None
 
     def __post_init__(self) -> None:
         hand = load_hand(self.hand)
@@ -90,24 +71,46 @@ class StudySettings:
             for count in self.counts:
                 if not 1 <= count <= available:
                     raise InvalidValueError("counts", count, f"from 1 to {available} for synergy set {name}")
-        if not self.synergy_sets or not self.counts or self.problems < 1:
-            raise InvalidValueError("synergy_sets, counts, problems", "none", "at least one of each")
-        if not self.squeeze > 0.0:
-            raise InvalidValueError("squeeze", self.squeeze, "a number > 0")
+        for kind in self.object_kinds:
+            if kind not in OBJECTS:
+                raise NameNotFoundError("kind of object", kind, (*OBJECTS, "all"))
+        for name, given in (
+            ("sets", self.synergy_sets),
+            ("objects", self.object_kinds),
+            ("counts", self.counts),
+        ):
+            if not given:
+                raise InvalidValueError(name, "none", "at least one")
+        positive_whole("problems", self.problems)
+        positive("squeeze", self.squeeze)
+        if self.cpu_limit_s is not None:
+            positive("cpu_limit", self.cpu_limit_s, unit="s")
+        PlannerOptions(starts=self.starts, time_limit_s=self.time_limit_s)
+        if self.friction_safety is not None:
+            replace(LoadCases.off(), friction_safety=self.friction_safety)
         find_protocol(self.protocol)
         hand.contact_frames(self.contact_set)
 
     @property
-    def cases(self) -> tuple[tuple[str, int, int], ...]:
-        """Synergy set, number of synergies and seed of every case."""
-        seeds = range(self.problems)
-        return tuple((name, count, seed) for name in self.synergy_sets for count in self.counts for seed in seeds)
+    def cases(self) -> tuple[Key, ...]:
+        """Every case."""
+        return tuple(product(self.synergy_sets, self.object_kinds, self.counts, range(self.problems)))
 
     @property
     def test(self) -> Protocol:
         """The protocol: forces only, with a ladder."""
         geometry: Any = "links" if self.clearance else "contacts"
         return replace(find_protocol(self.protocol), geometry=geometry, torques=False, ladder_accuracy=0.1)
+
+    def problem(self, key: Key) -> GraspProblem:
+        """Return the problem of a case."""
+        synergy_set, kind, count, seed = key
+        sets = {"synergy_set": synergy_set, "contact_set": self.contact_set}
+        case = BenchmarkCase(seed, count, self.hand, kind, **sets, clearance=self.clearance, loads=self.loads)
+        problem = case.problem()
+        if self.friction_safety is None:
+            return problem
+        return replace(problem, loads=replace(problem.loads, friction_safety=self.friction_safety))
 
 
 @dataclass(frozen=True)
@@ -116,19 +119,22 @@ class StudyRow:
 
     Attributes:
         synergy_set: Name of the set.
+        object_kind: Kind of object.
         n_synergies: n_s.
         seed: Seed of the problem and of its starts.
         feasible: Whether a feasible grasp was found; if not, the rest is None.
-        refused: Whether the penetration gate refused it.
+        refused: Whether the penetration gate refused it; if so, nothing was simulated.
         passed: Whether all six forces were held.
         forces_held: How many of them were.
         weakest_force: Load held in the weakest direction [N].
+        rest_held: Whether the object was still within the limits at rest.
         rest_displacement: Of the object at rest [m].
-        normal_force_error: Of the simulated normal forces, relative to F.
-        margins: Static margins by name; None where not finite.
+        normal_force_error: Of the simulated normal forces at rest, relative to F.
+        margins: Static margins by name, of the grasp as simulated; None where undefined.
     """
 
     synergy_set: str
+    object_kind: str
     n_synergies: int
     seed: int
     feasible: bool
@@ -136,45 +142,41 @@ class StudyRow:
     passed: bool | None = None
     forces_held: int | None = None
     weakest_force: float | None = None
+    rest_held: bool | None = None
     rest_displacement: float | None = None
     normal_force_error: float | None = None
     margins: dict[str, float | None] | None = None
 
     @property
-    def key(self) -> tuple[str, int, int]:
+    def key(self) -> Key:
         """Which case it is."""
-        return self.synergy_set, self.n_synergies, self.seed
+        return self.synergy_set, self.object_kind, self.n_synergies, self.seed
 
 
-def study_case(settings: StudySettings, synergy_set: str, n_synergies: int, seed: int) -> StudyRow:
+def study_case(settings: StudySettings, key: Key) -> StudyRow:
     """Plan, measure and simulate one random problem."""
-    problem = BenchmarkCase(
-        seed,
-        n_synergies,
-        settings.hand,
-        synergy_set=synergy_set,
-        contact_set=settings.contact_set,
-        clearance=settings.clearance,
-        loads=settings.loads,
-    ).problem()
-    options = PlannerOptions(starts=settings.starts, enough=1, time_limit_s=settings.time_limit_s)
-    grasp = plan_grasp(problem, seed=seed, options=options)
+    limit, began = settings.cpu_limit_s, time.process_time()
+    grasp = plan_grasp(
+        settings.problem(key),
+        seed=key[-1],
+        options=PlannerOptions(starts=settings.starts, enough=1, time_limit_s=settings.time_limit_s),
+        cancel=lambda: limit is not None and time.process_time() - began > limit,
+    )
     if not grasp.feasible:
-        return StudyRow(synergy_set, n_synergies, seed, feasible=False)
+        return StudyRow(*key, feasible=False)
     found = simulate_grasp(grasp, settings.test, squeeze=settings.squeeze)
     rest = found.rest
     return StudyRow(
-        synergy_set=synergy_set,
-        n_synergies=n_synergies,
-        seed=seed,
+        *key,
         feasible=True,
         refused=not found.gate_passed,
         passed=found.passed,
         forces_held=found.forces_held,
         weakest_force=found.weakest("force"),
+        rest_held=None if rest is None else rest.held,
         rest_displacement=None if rest is None else rest.displacement,
         normal_force_error=None if rest is None else rest.normal_force_error,
-        margins={name: _margin(margin, found.grasp) for name, margin in MARGINS.items()},
+        margins=static_margins(grasp_as_simulated(found)),
     )
 
 
@@ -202,73 +204,42 @@ def run_study(settings: StudySettings, folder: Path, workers: int = 1) -> Iterat
             yield row
 
 
-def rank_correlation(rows: Sequence[StudyRow], name: str) -> tuple[float, float, int]:
-    """Return Spearman's ρ of a margin against the weakest force, its p-value and the number of grasps.
-
-    Grasps that were refused count not at all; grasps lost before any push count with 0 N.
-    """
-    pairs = simulated_pairs(rows, name)
-    if len(pairs) < 3 or len({pair[0] for pair in pairs}) < 2 or len({pair[1] for pair in pairs}) < 2:
-        return math.nan, math.nan, len(pairs)
-    result = spearmanr(*np.array(pairs)[:, :2].T)
-    return float(result.statistic), float(result.pvalue), len(pairs)
-
-
-def area_under_roc(rows: Sequence[StudyRow], name: str) -> float:
-    """Return the chance that a margin is larger for a grasp that passed than for one that failed; nan if undefined."""
-    pairs = simulated_pairs(rows, name)
-    good = np.array([value for value, _, passed in pairs if passed])
-    bad = np.array([value for value, _, passed in pairs if not passed])
-    if not len(good) or not len(bad):
-        return math.nan
-    difference = good[:, None] - bad[None, :]
-    return float((difference > 0.0).mean() + (difference == 0.0).mean() / 2)
-
-
-def simulated_pairs(rows: Sequence[StudyRow], name: str) -> list[tuple[float, float, bool]]:
-    """Return margin, weakest force and whether it passed, of the grasps that were simulated."""
-    found = []
-    for row in rows:
-        value = (row.margins or {}).get(name)
-        if row.weakest_force is not None and value is not None:
-            found.append((value, row.weakest_force, bool(row.passed)))
-    return found
-
-
-def _margin(margin: Margin, grasp: Grasp) -> float | None:
-    """Return a margin, None where it is not finite or undefined."""
-    try:
-        value = float(margin(grasp))
-    except (GraspPlannerError, np.linalg.LinAlgError, ZeroDivisionError):
-        return None
-    return value if math.isfinite(value) else None
-
-
-def _run(settings: StudySettings, cases: Sequence[tuple[str, int, int]], workers: int) -> Iterator[StudyRow]:
+def _run(settings: StudySettings, cases: Sequence[Key], workers: int) -> Iterator[StudyRow]:
     """Yield the rows of cases, in their order."""
     if workers <= 1 or not cases:
         for case in cases:
-            yield study_case(settings, *case)
+            yield study_case(settings, case)
         return
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        names, counts, seeds = zip(*cases, strict=True)
-        yield from pool.map(study_case, [settings] * len(cases), names, counts, seeds)
+        yield from pool.map(study_case, [settings] * len(cases), cases)
 
 
-def _open(settings: StudySettings, folder: Path) -> dict[tuple[str, int, int], StudyRow]:
-    """Make the folder, or return the rows it holds."""
-    about, text = folder / "study.json", json.dumps(asdict(settings), indent=1) + "\n"
+def _open(settings: StudySettings, folder: Path) -> dict[Key, StudyRow]:
+    """Make the folder, or check that it holds this study, and return its rows."""
+    about, path = folder / "study.json", folder / ROWS_FILE
+    given = json.loads(json.dumps(asdict(settings)))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        if not about.exists():
-            about.write_text(text, encoding="utf-8")
-        if about.read_text(encoding="utf-8") != text:
-            raise FileFormatError(folder, "holds a study of other settings; choose another folder")
-        path = folder / ROWS_FILE
+        held = json.loads(about.read_text(encoding="utf-8")) if about.exists() else given
+        _check_same(folder, held, given)
         lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
         rows = [StudyRow(**json.loads(line)) for line in lines]
+        about.write_text(json.dumps(given, indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         raise FileFormatError(folder, f"can't be written: {error.strerror}") from None
     except (ValueError, TypeError) as error:
-        raise FileFormatError(folder / ROWS_FILE, f"is damaged: {error}") from None
+        raise FileFormatError(folder, f"holds a damaged study: {error}") from None
     return {row.key: row for row in rows}
+
+
+def _check_same(folder: Path, held: Any, given: dict[str, Any]) -> None:
+    """Refuse the folder of another study; more problems are the same one, and its rows stay."""
+    if not isinstance(held, dict):
+        raise FileFormatError(folder, "holds a damaged study: study.json is no object")
+    differ = [name for name in {**held, **given} if name != "problems" and held.get(name) != given.get(name)]
+    if differ:
+        name = differ[0]
+        text = f"holds a study of other settings ({name}: {held.get(name)} there, {given.get(name)} asked for)"
+        raise FileFormatError(folder, f"{text}; choose another folder")
+    if held.get("problems", 0) > given["problems"]:
+        raise FileFormatError(folder, f"holds a study of {held['problems']} problems; ask for at least as many")

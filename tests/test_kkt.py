@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from grasp_planner.kkt import NlpPoint, kkt_change, kkt_point
+from grasp_planner.kkt_path import moved_point
 
 
 def circle(p):
@@ -49,3 +50,19 @@ def test_constraints_that_cannot_all_follow_are_reported():
     found = kkt_point(plane, np.array([0.8, 0.2, 5.0]))
     held = kkt_change(found, np.zeros(3), np.array([-1.0, -1.0]), free=np.array([1, 2]))
     assert held.mismatch > 0.1
+
+
+def test_the_point_of_the_disc_is_followed_to_another_disc():
+    found = kkt_point(circle(2.0), np.array([-0.3, -0.9]))
+    moved = moved_point(found, circle(3.0), found.z, found.multipliers)
+    np.testing.assert_allclose(moved.z, -np.sqrt(3.0 / 5) * np.array([1.0, 2.0]), atol=1e-12)
+    assert moved.multipliers == pytest.approx([np.sqrt(5 / 3.0) / 2], rel=1e-7)
+    along = moved_point(found, circle(3.0), found.z, found.multipliers, free=np.array([1]))
+    assert along.z[0] == found.z[0]
+    assert along.z @ along.z == pytest.approx(3.0)
+
+
+def test_a_point_that_no_longer_exists_is_not_followed():
+    found = kkt_point(circle(2.0), np.array([-0.3, -0.9]))
+    assert moved_point(found, circle(-1.0), found.z, found.multipliers) is None
+    assert moved_point(found, circle(1e6), found.z, found.multipliers) is None, "too far for Newton's method"

@@ -3,15 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
 from grasp_planner.compliance import series_stiffness
 from grasp_planner.improve import withstood
+from grasp_planner.kkt import kkt_point
 from grasp_planner.load_check import case_forces
+from grasp_planner.optimality_program import OptimalityProgram
 from grasp_planner.post_optimality import optimum_near, post_optimality
 from grasp_planner.problem_parameters import parameters_of
 from grasp_planner.tolerance import least_tolerance
+from grasp_planner.validity import Prediction, carried_palm
 
 
 def settled(hand, n_synergies, loads, direction=(0.0, 1.0, 0.0), radius=0.03):
@@ -77,19 +81,66 @@ def test_the_posture_answers_as_predicted(plain):
 
 
 @pytest.mark.slow
-def test_beyond_the_validity_radius_the_active_set_has_changed(plain):
-    friction = next(parameter for parameter in parameters_of(plain) if parameter.name == "friction μ")
-    first = post_optimality(plain, [friction])
-    radius = first.sensitivities[0].up
-    assert "becomes active" in first.sensitivities[0].ends_up or "stops" in first.sensitivities[0].ends_up
+@pytest.mark.parametrize("loads", [gp.LoadCases(), gp.LoadCases.off()], ids=["loads", "paper"])
+@pytest.mark.parametrize("n_synergies", [3, 15])
+def test_within_the_validity_radius_the_force_changes_as_predicted(right, n_synergies, loads):
+    grasp = settled(right, n_synergies, loads)
+    names = ("object size", "object rx", "object ry", "friction μ", "mass", "joint compliance", "contact stiffness")
+    parameters = [parameter for parameter in parameters_of(grasp) if parameter.name in names]
+    found = post_optimality(grasp, parameters)
+    ends = set()
+    for parameter, sensitivity in zip(parameters, found.sensitivities, strict=True):
+        ends |= {sensitivity.ends_up, sensitivity.ends_down}
+        for step in (0.95 * sensitivity.up, 0.4 * sensitivity.up, -0.95 * sensitivity.down):
+            assert abs(step) > 1e-3 * parameter.scale, (parameter.name, step)
+            again = optimum_near(replace(found.grasp, problem=parameter.apply(step)))
+            told = step * sensitivity.d_force_norm
+            off = abs(again.force_norm - found.grasp.force_norm - told)
+            assert off <= 0.05 * abs(told) + 2e-6 * grasp.force_norm, (parameter.name, step, off, told)
+    assert any("off by 5 %" in end for end in ends), "to first order the ranges were longer"
+
+
+@pytest.mark.slow
+def test_beyond_the_validity_radius_the_force_changes_otherwise(plain):
+    size = next(parameter for parameter in parameters_of(plain) if parameter.name == "object size")
+    found = post_optimality(plain, [size])
+    sensitivity = found.sensitivities[0]
+    assert "off by 5 %" in sensitivity.ends_up
+    step = 2.0 * sensitivity.up
+    told = step * sensitivity.d_force_norm
+    again = optimum_near(replace(found.grasp, problem=size.apply(step)))
+    assert abs(again.force_norm - found.grasp.force_norm - told) > 0.06 * abs(told)
+
+
+@pytest.mark.slow
+def test_beyond_the_validity_radius_the_active_set_has_changed(right):
+    grasp = settled(right, 3, gp.LoadCases())
+    turn = next(parameter for parameter in parameters_of(grasp) if parameter.name == "object rz")
+    first = post_optimality(grasp, [turn])
+    sensitivity = first.sensitivities[0]
+    assert sensitivity.ends_down.endswith("becomes active")
     names = {name for name, _ in first.active}
 
     def active_after(step):
-        moved = optimum_near(replace(first.grasp, problem=friction.apply(step)))
+        moved = optimum_near(replace(first.grasp, problem=turn.apply(step)))
         return {name for name, _ in post_optimality(moved, []).active}
 
-    assert active_after(0.2 * radius) == names
-    assert active_after(2.0 * radius) != names
+    assert active_after(-0.8 * sensitivity.down) == names
+    assert active_after(-2.0 * sensitivity.down) != names
+
+
+def test_with_the_palm_held_the_palm_stays_where_it_is_in_the_world(right):
+    grasp = settled(right, 15, gp.LoadCases.off())
+    held = {parameter.name: parameter for parameter in parameters_of(grasp) if parameter.palm is not None}
+    program = OptimalityProgram(grasp)
+    found = kkt_point(program.evaluate, program.z)
+    for name, step in (("object ry (palm held)", 0.3), ("object x (palm held)", 0.02)):
+        blank = Prediction(program, found, [], held[name], found.z, found.multipliers, found.z, 0.0, None)
+        carried = carried_palm(blank, step)
+        moved = pin.SE3(pin.exp3(step * np.array([0.0, 1.0, 0.0])), np.zeros(3))  # of the object in the world
+        if name.startswith("object x"):
+            moved = pin.SE3(np.eye(3), np.array([step, 0.0, 0.0]))
+        assert (moved * carried).isApprox(grasp.palm_pose, 1e-6)
 
 
 def test_turning_the_object_about_its_axis_of_symmetry_changes_nothing(plain):
@@ -131,17 +182,28 @@ def test_at_its_tolerance_a_contact_starts_to_slip(held):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("synergy_set", ["native", "santello"])
 @pytest.mark.parametrize("goal", ["force", "position", "rotation"])
-def test_improvement_withstands_more_within_its_budget(right, goal):
-    plain = gp.plan_grasp(
-        gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, synergy_set="native"), options=gp.PlannerOptions(enough=1)
-    )
+def test_improvement_withstands_more_within_its_budget(right, goal, synergy_set):
+    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, synergy_set=synergy_set)
+    plain = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     improved = gp.improve_grasp(plain, goal=goal, budget=0.5, trials=4)
     assert improved.after.feasible
     assert improved.after.force_norm <= 1.5 * plain.force_norm + 1e-5
     assert withstood(improved.after, goal) > withstood(plain, goal)
     reached = max(step.disturbance for step in improved.steps if step.feasible)
     assert withstood(improved.after, goal) >= 0.8 * reached, "friction is held on the hull of 14 directions"
+
+
+def test_a_plan_beyond_the_limits_of_the_hand_is_brought_within(right):
+    problem = gp.GraspProblem(right, gp.Cylinder(radius=0.035), n_synergies=5, synergy_set="santello")
+    plain = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    assert plain.normal_forces.max() > right.max_normal_force, "without load cases nothing limits it"
+    assert withstood(plain, "force") == 0.0
+    improved = gp.improve_grasp(plain, budget=0.2, trials=3).after
+    assert improved.normal_forces.max() <= right.max_normal_force + 1e-6
+    assert (np.abs(improved.joint_torques) <= right.torque_limits + 1e-6).all()
+    assert withstood(improved, "force") > 0.2
 
 
 def test_the_least_tolerance_is_that_of_the_worst_direction(held):

@@ -1,6 +1,8 @@
-"""The study of synergies: rows that go on, correlations, the page, mistakes."""
+"""The study of synergies: rows that go on, margins, correlations, the page, mistakes."""
 
+import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,60 +10,180 @@ from click.testing import CliRunner
 
 import grasp_planner as gp
 from grasp_planner.cli import main
-from grasp_planner.cli_options import parse_counts
-from grasp_planner.synergy_study import (
+from grasp_planner.cli_options import parse_counts, parse_names
+from grasp_planner.margins import UNBOUNDED
+from grasp_planner.simulate import find_protocol, simulate_grasp
+from grasp_planner.study_margins import (
     MARGINS,
-    StudyRow,
-    StudySettings,
-    area_under_roc,
+    grasp_as_simulated,
     joint_spring_stiffness,
     least_friction_share,
-    rank_correlation,
-    run_study,
-    study_case,
+    least_push,
+    static_margins,
 )
-from grasp_planner.synergy_study_page import count_rows, margin_rows, write_study
+from grasp_planner.study_statistics import prediction, roc_curve
+from grasp_planner.synergy_study import StudyRow, StudySettings, run_study, study_case
+from grasp_planner.synergy_study_page import count_rows, margin_rows, rest_rows, write_study
+from grasp_planner.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
 
 
-def made_up(weakest, margin, seed):
-    return StudyRow("native", 3, seed, True, False, weakest > 1.0, 6, weakest, 1e-4, 0.01, {"F": margin})
+def made_up(weakest, margin, seed, **changes):
+    row = StudyRow(
+        "native", "sphere", 3, seed, True, False, weakest > 1.0, 6, weakest, True, 1e-4, 0.01, {"F [N]": margin}
+    )
+    return replace(row, **changes)
 
 
-def test_correlation_and_roc_of_known_rows():
-    rows = [made_up(weakest, margin, k) for k, (weakest, margin) in enumerate([(0.5, 1.0), (0.9, 2.0), (1.5, 4.0)])]
-    rows.append(StudyRow("native", 3, 9, False))
-    rho, _, count = rank_correlation(rows, "F")
-    assert (rho, count) == (pytest.approx(1.0), 3)
-    assert area_under_roc(rows, "F") == 1.0
-    turned = [made_up(row.weakest_force, -row.margins["F"], row.seed) for row in rows[:3]]
-    assert rank_correlation(turned, "F")[0] == pytest.approx(-1.0)
-    assert area_under_roc(turned, "F") == 0.0
-    assert math.isnan(rank_correlation(rows, "no such")[0])
+ROWS = [made_up(weakest, margin, k) for k, (weakest, margin) in enumerate([(0.5, 1.0), (0.9, 2.0), (1.5, 4.0)])]
+LOST = made_up(0.0, 0.5, 3, rest_held=False, rest_displacement=9.0, normal_force_error=1.0, forces_held=0)
+REFUSED = made_up(
+    0.0, 3.0, 4, refused=True, weakest_force=None, rest_held=None, rest_displacement=None, normal_force_error=None
+)
+NONE = StudyRow("native", "sphere", 3, 9, False)
+
+
+def test_prediction_of_known_rows():
+    found = prediction([*ROWS, NONE, REFUSED], "F [N]")
+    assert (found.rho, found.grasps, found.passed) == (pytest.approx(1.0), 3, 1)
+    assert found.roc_area == 1.0
+    turned = [replace(row, margins={"F [N]": -row.margins["F [N]"]}) for row in ROWS]
+    assert prediction(turned, "F [N]").rho == pytest.approx(-1.0)
+    assert prediction(turned, "F [N]").roc_area == 0.0
+    assert math.isnan(prediction(ROWS, "no such").rho)
+
+
+def test_where_all_pass_the_roc_is_undefined():
+    passed = [made_up(2.0 + k, 1.0 + k, k) for k in range(4)]
+    found = prediction(passed, "F [N]")
+    assert found.rho == pytest.approx(1.0)
+    assert math.isnan(found.roc_area)
+    texts = {row[0]: row[1:] for row in margin_rows(passed)}
+    assert texts["F [N]"][-1] == "undefined"
+
+
+def test_the_area_under_the_roc_is_that_of_its_curve(rng):
+    rows = [made_up(weakest, margin, k) for k, (weakest, margin) in enumerate(rng.uniform(0.0, 2.0, (40, 2)))]
+    rows += [replace(row, seed=row.seed + 40, weakest_force=2.0 - row.weakest_force) for row in rows[:5]]  # ties
+    rows = [replace(row, passed=row.weakest_force > 1.0) for row in rows]
+    false, true = roc_curve(rows, "F [N]")
+    assert (false[0], true[0], false[-1], true[-1]) == (0.0, 0.0, 1.0, 1.0)
+    assert (np.diff(false) >= 0.0).all()
+    assert (np.diff(true) >= 0.0).all()
+    # Ties count half, as the trapezoid does.
+    assert np.trapezoid(true, false) == pytest.approx(prediction(rows, "F [N]").roc_area, abs=1e-12)
+
+
+def test_tables_of_known_rows():
+    settings = StudySettings(object_kinds=("sphere",), counts=(3,), problems=6)
+    rows = [*ROWS, LOST, REFUSED, NONE]
+    ((*counted, load, force),) = count_rows(rows, settings)
+    assert counted == ["native", "sphere", "3", "6", "5", "83", "1", "1", "20"]
+    assert (load, force) == ("0.70", "1.50"), "medians over the four that were simulated"
+    ((*_, tested, moved, worst, close, error, worst_error, right),) = rest_rows(rows, settings)
+    assert (tested, moved, worst, close) == ("4", "0.100", "lost", "75")
+    assert (error, worst_error, right) == ("1.0 %", "lost", "75")
+    assert (feasible_share(rows), passed_share(rows), median_load(rows)) == (5 / 6, 1 / 5, pytest.approx(0.7))
+    assert math.isnan(feasible_share([]))
 
 
 def test_margins_of_a_grasp(planned):
     share = least_friction_share(planned)
     assert -1e-5 < share < 1.0
     assert joint_spring_stiffness(planned) > 0.0
-    assert all(np.isfinite(margin(planned)) for margin in MARGINS.values())
+    assert least_push(planned) >= planned.passive_margin.size
+    found = static_margins(planned)
+    assert set(found) == set(MARGINS)
+    assert all(value is not None for value in found.values())
+    assert found["passive, worst direction [N]"] == planned.margins.passive.size
+    assert found["re-squeezed, along the task [N]"] == planned.margins.active_tasks[0].size
+    assert found["re-squeezed, worst direction [N]"] > found["passive, worst direction [N]"]
+    assert found["least stiffness, preload [N/m]"] == planned.stability.smallest
 
 
-def test_a_study_goes_on_and_is_written(tmp_path):
-    settings = StudySettings(counts=(15,), problems=2, contact_set="sphere", squeeze=2.0)
+def test_margins_that_are_not_defined_or_not_bounded(planned, monkeypatch):
+    motion = replace(planned.problem, n_synergies=6, tasks=(gp.twist_task([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),))
+    grasp = gp.Grasp(motion, planned.joint_angles, planned.palm_pose, np.full(6, 0.01))
+    assert static_margins(grasp)["passive, along the task [N]"] is None
+    stiff = replace(planned.problem, parameters=replace(planned.problem.parameters, contact_stiffness=0.0))
+    grasp = gp.Grasp(stiff, planned.joint_angles, planned.palm_pose, planned.delta_sigma)
+    assert static_margins(grasp)["passive, worst direction [N]"] is None
+    monkeypatch.setitem(MARGINS, "endless", lambda _: math.inf)
+    assert static_margins(planned)["endless"] == UNBOUNDED
+
+
+def test_margins_are_those_of_what_is_simulated(right):
+    problem = gp.GraspProblem(right, gp.Sphere(0.035), n_synergies=15, synergy_set="native", contact_set="sphere")
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    protocol = replace(find_protocol("dexgraspbench"), start="plan", geometry="contacts", rest_s=0.2, hold_s=0.2)
+    tested = grasp_as_simulated(simulate_grasp(grasp, protocol, squeeze=2.0, ladder=False))
+    assert tested.problem.parameters.friction == 0.6
+    assert tested.problem.grasp_object.mass == 0.1
+    np.testing.assert_array_equal(tested.problem.external_wrench, 0.0)
+    np.testing.assert_array_equal(tested.delta_sigma, 2.0 * grasp.delta_sigma)
+    same = grasp_as_simulated(simulate_grasp(grasp, replace(find_protocol("plan"), geometry="contacts"), ladder=False))
+    np.testing.assert_array_equal(same.forces, grasp.forces)
+
+
+@pytest.mark.slow
+def test_a_study_grows_and_is_written(tmp_path):
+    settings = StudySettings(object_kinds=("cylinder", "sphere"), counts=(15,), problems=1, contact_set="sphere")
     first = next(run_study(settings, tmp_path))
     rows = list(run_study(settings, tmp_path))
-    assert [row.seed for row in rows] == [0, 1]
+    assert [row.key for row in rows] == [("native", "cylinder", 15, 0), ("native", "sphere", 15, 0)]
     assert rows[0] == first
-    assert rows[0] == study_case(settings, "native", 15, 0)
-    assert len((tmp_path / "rows.jsonl").read_text(encoding="utf-8").splitlines()) == 2
-    write_study(tmp_path, rows, settings)
+    assert rows[0] == study_case(settings, rows[0].key)
+    more = replace(settings, problems=2)
+    grown = list(run_study(more, tmp_path))
+    assert grown[:2] == rows
+    assert {row.key for row in grown} == set(more.cases)
+    lines = (tmp_path / "rows.jsonl").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 4
+    assert [json.loads(line)["object_kind"] for line in lines] == ["cylinder", "sphere", "cylinder", "sphere"]
+    assert all(row.normal_force_error < 0.1 and row.rest_displacement < 1e-3 for row in grown if row.rest_held)
+    write_study(tmp_path, grown, more)
     page = (tmp_path / "study.html").read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") == 2
-    table = count_rows(rows, settings)
-    assert table[0][:4] == ["native", "15", "2", str(sum(row.feasible for row in rows))]
-    assert len(margin_rows(rows)) == len(MARGINS)
-    with pytest.raises(gp.FileFormatError, match="other settings"):
-        next(run_study(StudySettings(counts=(15,), problems=3), tmp_path))
+    assert page.count("data:image/png;base64,") == 3
+    assert len(margin_rows(grown)) == len(MARGINS)
+    assert len(best_margins(grown)) <= 6
+    with pytest.raises(gp.FileFormatError, match=r"other settings \(squeeze: 1.0 there, 2.0 asked for\)"):
+        next(run_study(replace(more, squeeze=2.0), tmp_path))
+    with pytest.raises(gp.FileFormatError, match="at least as many"):
+        next(run_study(settings, tmp_path))
+
+
+@pytest.mark.slow
+def test_load_cases_hold_more(tmp_path):
+    arguments = [
+        "--sets",
+        "native",
+        "--counts",
+        "15",
+        "--objects",
+        "sphere",
+        "--problems",
+        "2",
+        "--contact-set",
+        "sphere",
+    ]
+    arguments += ["--loads", "--friction-safety", "1.5", "--cpu-limit", "20", "--out", str(tmp_path / "study")]
+    done = CliRunner().invoke(main, ["study-synergies", *arguments])
+    assert done.exit_code == 0, done.output
+    settings = json.loads((tmp_path / "study" / "study.json").read_text(encoding="utf-8"))
+    assert settings["loads"]
+    assert settings["friction_safety"] == 1.5
+    assert (settings["time_limit_s"], settings["cpu_limit_s"]) == (None, 20.0)
+    lines = (tmp_path / "study" / "rows.jsonl").read_text(encoding="utf-8").splitlines()
+    rows = [StudyRow(**json.loads(line)) for line in lines]
+    for row in rows:
+        assert row.feasible
+        assert row.margins["passive, six pushes [N]"] >= 1.0
+        assert row.margins["least friction share"] >= 1.0 - 1.0 / 1.5 - 1e-6
+        assert row.passed
+
+
+def test_the_processor_time_of_a_search_is_limited():
+    settings = StudySettings(counts=(1,), clearance=True, cpu_limit_s=0.2, time_limit_s=None)
+    assert not study_case(settings, ("native", "cylinder", 1, 0)).feasible
 
 
 @pytest.mark.parametrize(
@@ -70,9 +192,15 @@ def test_a_study_goes_on_and_is_written(tmp_path):
         (["--counts", "3-"], "counts"),
         (["--counts", "99"], "from 1 to"),
         (["--sets", "wind"], "wind"),
+        (["--sets", ","], "sets"),
+        (["--objects", "wind"], "unknown kind of object 'wind'"),
+        (["--objects", ","], "objects"),
         (["--contact-set", "wind"], "wind"),
         (["--squeeze", "0"], "squeeze"),
         (["--problems", "0"], "problems"),
+        (["--cpu-limit", "0"], "cpu_limit"),
+        (["--time-limit", "-1"], "time_limit"),
+        (["--friction-safety", "0.5"], "friction_safety"),
     ],
 )
 def test_mistakes_are_one_line(tmp_path, arguments, message):
@@ -82,5 +210,16 @@ def test_mistakes_are_one_line(tmp_path, arguments, message):
     assert "Traceback" not in done.output
 
 
-def test_counts():
+@pytest.mark.parametrize("text", ["[]", "{", '{"problems": 20}'])
+def test_the_folder_of_something_else_is_refused(tmp_path, text):
+    (tmp_path / "study.json").write_text(text, encoding="utf-8")
+    done = CliRunner().invoke(main, ["study-synergies", "--out", str(tmp_path)])
+    assert done.exit_code == 2
+    assert str(tmp_path) in done.output.replace("\n", "")
+    assert "Traceback" not in done.output
+    assert (tmp_path / "study.json").read_text(encoding="utf-8") == text
+
+
+def test_lists():
     assert parse_counts("counts", "1-3,15,2") == (1, 2, 3, 15)
+    assert parse_names("native, santello,,native") == ("native", "santello")
