@@ -15,6 +15,7 @@ LAYERS = (
     "text_file",
     "spatial",
     "synergies",
+    "urdf_checks",
     "urdf_file",
     "joint_coupling",
     "hand_description",
