@@ -30,6 +30,7 @@ LAYERS = (
     "force_closure",
     "clearance_options",
     "load_cases",
+    "size_check",
     "problem",
     "variables",
     "contact_geometry",
