@@ -10,15 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from .coal_distances import CoalPairs
 from .contact_geometry import ContactGeometry
 from .distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
+from .hand import Hand
 from .link_shapes import LinkShape, contact_shapes, joint_centres, link_shapes, shape_pairs, tip_axes
 from .problem import GraspProblem
 from .spatial import Array, Indices, cross_rows
-from .variables import PoseChart, VariableLayout
+from .variables import VariableLayout
 
 ACTIVATION = 0.02
 """Clearances saturate smoothly at this value [m]: what is 1.5 times as far costs nothing and pulls nothing."""
@@ -56,12 +56,10 @@ class ClearanceState:
 class _Pose:
     """Placements of all joints and the Jacobian columns at one posture, in the root frame, and the root in O."""
 
-    def __init__(self, evaluator: ClearanceEvaluator, q: Array, geometry: ContactGeometry) -> None:
-        model, data, hand = evaluator.model, evaluator.data, evaluator.problem.hand
-        pin.computeJointJacobians(model, data, hand.full_configuration(q))
-        self.placements = np.array([placement.homogeneous for placement in data.oMi])
+    def __init__(self, hand: Hand, geometry: ContactGeometry) -> None:
+        self.placements = geometry.placements
         self.rotations, self.translations = self.placements[:, :3, :3], self.placements[:, :3, 3]
-        self.linear, self.angular = np.array(data.J[:3]), np.array(data.J[3:])
+        self.linear, self.angular = geometry.twists[:3], geometry.twists[3:]
         root = hand.palm_in_root
         self.root = np.eye(4)
         self.root_rotation, self.root_translation = self.root[:3, :3], self.root[:3, 3]
@@ -79,12 +77,11 @@ class _Pose:
 
 
 class ClearanceEvaluator:
-    """Evaluates the clearances of a problem; has its own Pinocchio workspace, for one thread."""
+    """Evaluates the clearances of a problem; remembers where searches ended, for one thread."""
 
-    def __init__(self, problem: GraspProblem, chart: PoseChart) -> None:
-        self.problem, self.options, self.chart = problem, problem.clearance, chart
+    def __init__(self, problem: GraspProblem) -> None:
+        self.problem, self.options = problem, problem.clearance
         hand = problem.hand
-        self.model, self.data = hand.model, hand.model.createData()
         self.layout = VariableLayout(hand.n_joints, problem.n_synergies)
         self._masks = np.zeros((hand.model.njoints, hand.model.nv))
         for joint, support in enumerate(hand.model.supports):
@@ -99,18 +96,16 @@ class ClearanceEvaluator:
         self._tip_joints = np.array([tip[1] for tip in self._tips], dtype=int)
         self._tip_axes = np.array([tip[2] for tip in self._tips]).reshape(-1, 3, 1)
 
-    def evaluate(self, x: Array, geometry: ContactGeometry) -> ClearanceState:
+    def evaluate(self, geometry: ContactGeometry) -> ClearanceState:
         """Evaluate all clearances.
 
         Args:
-            x: The variables, of shape (n_x,).
-            geometry: The contact geometry there.
+            geometry: The contact geometry at the point.
 
         Returns:
             Clearances with derivatives.
         """
-        pose = _Pose(self, x[self.layout.joints], geometry)
-        turn = self.chart.turn_jacobian(x[self.layout.pose])
+        pose, turn = _Pose(self.problem.hand, geometry), geometry.turn
         ends = self._segments.place(pose)
         link_object = self._link_object(pose, turn, ends)
         self_collision = self._self_collision(pose, ends)
