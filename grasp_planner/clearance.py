@@ -61,7 +61,7 @@ class _Pose:
         self.rotations, self.translations = self.placements[:, :3, :3], self.placements[:, :3, 3]
         self.linear, self.angular = geometry.twists[:3], geometry.twists[3:]
         root = hand.palm_in_root
-        self.root = np.eye(4)
+        self.root: Array = np.eye(4)
         self.root_rotation, self.root_translation = self.root[:3, :3], self.root[:3, 3]
         self.root_rotation[:] = geometry.rotation @ np.array(root.rotation).T
         self.root_translation[:] = geometry.translation - self.root_rotation @ np.array(root.translation)
