@@ -15,7 +15,7 @@ from .coal_distances import CoalPairs
 from .contact_geometry import ContactGeometry
 from .distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
 from .hand import Hand
-from .link_shapes import LinkShape, contact_shapes, joint_centres, link_shapes, shape_pairs, tip_axes
+from .link_shapes import LinkShape, contact_shapes, inner_axes, joint_centres, link_shapes, shape_pairs, tip_axes
 from .problem import GraspProblem
 from .spatial import Array, Indices, cross_rows
 from .variables import VariableLayout
@@ -41,6 +41,8 @@ class ClearanceState:
         d_ground: Derivatives, of shape (m_g, n_g).
         tip_patch: n·a of each touching last link, of shape (m_t,).
         d_tip_patch: Derivatives, of shape (m_t, n_g).
+        tangency: n·a of each inner link that touches with its side, of shape (m_i,).
+        d_tangency: Derivatives, of shape (m_i, n_g).
     """
 
     link_object: Array
@@ -51,6 +53,8 @@ class ClearanceState:
     d_ground: Array
     tip_patch: Array
     d_tip_patch: Array
+    tangency: Array
+    d_tangency: Array
 
 
 class _Pose:
@@ -91,10 +95,12 @@ class ClearanceEvaluator:
         self._set_object(shapes)
         self._set_self(shapes)
         self._set_ground(shapes)
-        self._tips = tip_axes(hand, problem.frames) if self.options.tip_patch else ()
-        self._tip_contacts = np.array([tip[0] for tip in self._tips], dtype=int)
-        self._tip_joints = np.array([tip[1] for tip in self._tips], dtype=int)
-        self._tip_axes = np.array([tip[2] for tip in self._tips]).reshape(-1, 3, 1)
+        tips = tip_axes(hand, problem.frames) if self.options.tip_patch else ()
+        sides = inner_axes(hand, shapes, problem.frames) if self.options.link_object == "geometry" else ()
+        self._n_tips, touching = len(tips), (*tips, *sides)
+        self._touching = np.array([touch[0] for touch in touching], dtype=int)
+        self._touching_joints = np.array([touch[1] for touch in touching], dtype=int)
+        self._touching_axes = np.array([touch[2] for touch in touching]).reshape(-1, 3, 1)
 
     def evaluate(self, geometry: ContactGeometry) -> ClearanceState:
         """Evaluate all clearances.
@@ -110,8 +116,11 @@ class ClearanceEvaluator:
         link_object = self._link_object(pose, turn, ends)
         self_collision = self._self_collision(pose, ends)
         ground = self._ground(pose, turn)
-        tip_patch = self._tip_patch(pose, turn, geometry)
-        return ClearanceState(*link_object, *self_collision, *ground, *tip_patch)
+        leaning, d_leaning = self._leaning(pose, turn, geometry)
+        tip_patch, tangency = (
+            (leaning[rows], d_leaning[rows]) for rows in (slice(self._n_tips), slice(self._n_tips, None))
+        )
+        return ClearanceState(*link_object, *self_collision, *ground, *tip_patch, *tangency)
 
     # --- what is evaluated ---------------------------------------------------------------------------
 
@@ -225,14 +234,14 @@ class ClearanceEvaluator:
         np.add.at(gradient, self._corner_groups, weights[:, None] * rows)
         return least, gradient
 
-    def _tip_patch(self, pose: _Pose, turn: Array, geometry: ContactGeometry) -> tuple[Array, Array]:
-        """Return n·a of each touching last link and its derivatives; dn from the object's curvature, da = ω × a."""
-        if not self._tips:
+    def _leaning(self, pose: _Pose, turn: Array, geometry: ContactGeometry) -> tuple[Array, Array]:
+        """Return n·a of each touching link and its derivatives; dn from the object's curvature, da = ω × a."""
+        if self._touching.size == 0:
             return np.zeros(0), np.zeros((0, self.layout.n_geometric))
-        joints = self._tip_joints
-        axes = (pose.rotations[joints] @ self._tip_axes)[:, :, 0] @ pose.root_rotation.T
-        normals = geometry.normals[self._tip_contacts]
-        gradient = (axes[:, None, :] @ geometry.d_normals[self._tip_contacts])[:, 0]
+        joints = self._touching_joints
+        axes = (pose.rotations[joints] @ self._touching_axes)[:, :, 0] @ pose.root_rotation.T
+        normals = geometry.normals[self._touching]
+        gradient = (axes[:, None, :] @ geometry.d_normals[self._touching])[:, 0]
         levers = cross_rows(axes, normals)
         spin = ((levers @ pose.root_rotation) @ pose.angular) * self._masks[joints]
         gradient[:, self.layout.joints] += spin @ self.problem.hand.coupling

@@ -21,7 +21,11 @@ from .reproduce import PARETO_RATIOS, CellResult, ParetoPoint, pareto_front, run
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Write JSON, pages and figures there.")
 @click.option("--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file.")
-@click.option("--synergy-set", default=None, help="Synergy set [default: native if the hand has it; with clearance the hand's for it].")
+@click.option(
+    "--synergy-set",
+    default=None,
+    help="Synergy set [default: native if there is one; with clearance the hand's for that].",
+)
 @click.option(
     "--clearance",
     type=click.Choice(["none", "links"]),
