@@ -69,6 +69,7 @@ from .record import read_grasp_record as read_grasp_record
 from .record import record_schema as record_schema
 from .retreat import RetreatReport as RetreatReport
 from .retreat import retreat_distance as retreat_distance
+from .size_check import ObjectSizeWarning as ObjectSizeWarning
 from .stability import Stability as Stability
 from .starts import GraspStart as GraspStart
 from .starts import random_start as random_start

@@ -10,20 +10,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from .coal_distances import CoalPairs
 from .contact_geometry import ContactGeometry
 from .distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
-from .link_shapes import LinkShape, contact_shapes, joint_centres, link_shapes, shape_pairs, tip_axes
+from .hand import Hand
+from .link_shapes import LinkShape, contact_shapes, inner_axes, joint_centres, link_shapes, shape_pairs, tip_axes
 from .problem import GraspProblem
 from .spatial import Array, Indices, cross_rows
-from .variables import PoseChart, VariableLayout
+from .variables import VariableLayout
 
 ACTIVATION = 0.02
 """Clearances saturate smoothly at this value [m]: what is 1.5 times as far costs nothing and pulls nothing."""
 TEMPERATURE = 2e-4
 """Sharpness T of the smooth minimum over the pairs of two fingers [m]."""
+NEGLIGIBLE = 1e-15
+"""Weight of a pair in that minimum below which its derivatives are left out: far below rounding."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class ClearanceState:
         d_ground: Derivatives, of shape (m_g, n_g).
         tip_patch: n·a of each touching last link, of shape (m_t,).
         d_tip_patch: Derivatives, of shape (m_t, n_g).
+        tangency: n·a of each inner link that touches with its side, of shape (m_i,).
+        d_tangency: Derivatives, of shape (m_i, n_g).
     """
 
     link_object: Array
@@ -49,21 +53,22 @@ class ClearanceState:
     d_ground: Array
     tip_patch: Array
     d_tip_patch: Array
+    tangency: Array
+    d_tangency: Array
 
 
 class _Pose:
     """Placements of all joints and the Jacobian columns at one posture, in the root frame, and the root in O."""
 
-    def __init__(self, evaluator: ClearanceEvaluator, q: Array, geometry: ContactGeometry) -> None:
-        model, data, hand = evaluator.model, evaluator.data, evaluator.problem.hand
-        pin.computeJointJacobians(model, data, hand.full_configuration(q))
-        placements = data.oMi.tolist()
-        self.rotations = np.array([placement.rotation for placement in placements])
-        self.translations = np.array([placement.translation for placement in placements])
-        self.linear, self.angular = np.array(data.J[:3]), np.array(data.J[3:])
+    def __init__(self, hand: Hand, geometry: ContactGeometry) -> None:
+        self.placements = geometry.placements
+        self.rotations, self.translations = self.placements[:, :3, :3], self.placements[:, :3, 3]
+        self.linear, self.angular = geometry.twists[:3], geometry.twists[3:]
         root = hand.palm_in_root
-        self.root_rotation = geometry.rotation @ np.array(root.rotation).T
-        self.root_translation = geometry.translation - self.root_rotation @ np.array(root.translation)
+        self.root: Array = np.eye(4)
+        self.root_rotation, self.root_translation = self.root[:3, :3], self.root[:3, 3]
+        self.root_rotation[:] = geometry.rotation @ np.array(root.rotation).T
+        self.root_translation[:] = geometry.translation - self.root_rotation @ np.array(root.translation)
         self.palm = geometry.translation
 
     def place(self, joints: Indices, points: Array) -> Array:
@@ -76,42 +81,46 @@ class _Pose:
 
 
 class ClearanceEvaluator:
-    """Evaluates the clearances of a problem; has its own Pinocchio workspace, for one thread."""
+    """Evaluates the clearances of a problem; remembers where searches ended, for one thread."""
 
-    def __init__(self, problem: GraspProblem, chart: PoseChart) -> None:
-        self.problem, self.options, self.chart = problem, problem.clearance, chart
+    def __init__(self, problem: GraspProblem) -> None:
+        self.problem, self.options = problem, problem.clearance
         hand = problem.hand
-        self.model, self.data = hand.model, hand.model.createData()
         self.layout = VariableLayout(hand.n_joints, problem.n_synergies)
         self._masks = np.zeros((hand.model.njoints, hand.model.nv))
         for joint, support in enumerate(hand.model.supports):
             self._masks[joint, [hand.model.joints[k].idx_v for k in support.tolist()[1:]]] = 1.0
         shapes = link_shapes(hand)
+        self._segments = _Segments(shapes)
         self._set_object(shapes)
         self._set_self(shapes)
         self._set_ground(shapes)
-        self._tips = tip_axes(hand, problem.frames) if self.options.tip_patch else ()
-        self._tip_contacts = np.array([tip[0] for tip in self._tips], dtype=int)
-        self._tip_joints = np.array([tip[1] for tip in self._tips], dtype=int)
-        self._tip_axes = np.array([tip[2] for tip in self._tips]).reshape(-1, 3, 1)
+        tips = tip_axes(hand, problem.frames) if self.options.tip_patch else ()
+        sides = inner_axes(hand, shapes, problem.frames) if self.options.link_object == "geometry" else ()
+        self._n_tips, touching = len(tips), (*tips, *sides)
+        self._touching = np.array([touch[0] for touch in touching], dtype=int)
+        self._touching_joints = np.array([touch[1] for touch in touching], dtype=int)
+        self._touching_axes = np.array([touch[2] for touch in touching]).reshape(-1, 3, 1)
 
-    def evaluate(self, x: Array, geometry: ContactGeometry) -> ClearanceState:
+    def evaluate(self, geometry: ContactGeometry) -> ClearanceState:
         """Evaluate all clearances.
 
         Args:
-            x: The variables, of shape (n_x,).
-            geometry: The contact geometry there.
+            geometry: The contact geometry at the point.
 
         Returns:
             Clearances with derivatives.
         """
-        pose = _Pose(self, x[self.layout.joints], geometry)
-        turn = self.chart.turn_jacobian(x[self.layout.pose])
-        link_object = self._link_object(pose, turn)
-        self_collision = self._self_collision(pose)
+        pose, turn = _Pose(self.problem.hand, geometry), geometry.turn
+        ends = self._segments.place(pose)
+        link_object = self._link_object(pose, turn, ends)
+        self_collision = self._self_collision(pose, ends)
         ground = self._ground(pose, turn)
-        tip_patch = self._tip_patch(pose, turn, geometry)
-        return ClearanceState(*link_object, *self_collision, *ground, *tip_patch)
+        leaning, d_leaning = self._leaning(pose, turn, geometry)
+        tip_patch, tangency = (
+            (leaning[rows], d_leaning[rows]) for rows in (slice(self._n_tips), slice(self._n_tips, None))
+        )
+        return ClearanceState(*link_object, *self_collision, *ground, *tip_patch, *tangency)
 
     # --- what is evaluated ---------------------------------------------------------------------------
 
@@ -124,22 +133,27 @@ class ClearanceEvaluator:
             guarded = tuple(shape for shape in shapes if shape.name not in touching)
         elif self.options.link_object == "joint_centres":
             guarded = joint_centres(hand)
-        self._swept = _Segments([shape for shape in guarded if shape.geometry is None])
+        swept = [shape for shape in guarded if shape.geometry is None]
+        self._swept = _Segments(swept)
+        self._swept_rows = None  # where the swept shapes are among all of them; joint centres are not
+        if self.options.link_object == "geometry":
+            self._swept_rows = np.array([shapes.index(shape) for shape in swept], dtype=int)
         self._search = SegmentSearch(grasp_object, len(self._swept.radii))
         solids = [shape for shape in guarded if shape.geometry is not None]
         self._solids = CoalPairs.with_object(solids, grasp_object) if solids else None
 
     def _set_self(self, shapes: tuple[LinkShape, ...]) -> None:
         """Choose the pairs of solids that keep clear of each other, and their groups."""
-        self._segments = _Segments(shapes)
         pairs = shape_pairs(self.problem.hand, shapes) if self.options.self_collision else ()
         keys = [tuple(sorted((shapes[i].branch, shapes[j].branch))) for i, j in pairs]
         groups = {key: row for row, key in enumerate(sorted(set(keys)))}
         self._n_groups = len(groups)
         swept = [k for k, (i, j) in enumerate(pairs) if shapes[i].geometry is None and shapes[j].geometry is None]
         solid = sorted(set(range(len(pairs))) - set(swept))
-        self._pairs = np.array([pairs[k] for k in swept], dtype=int).reshape(-1, 2)
         self._pair_groups = np.array([groups[keys[k]] for k in (*swept, *solid)], dtype=int)
+        order = np.array([pairs[k] for k in (*swept, *solid)], dtype=int).reshape(-1, 2)
+        self._pairs, joints = order[: len(swept)], self._segments.joints[order]
+        self._pair_masks = self._masks[joints[:, 1]] - self._masks[joints[:, 0]]
         self._solid_pairs = None
         if solid:
             self._solid_pairs = CoalPairs([(shapes[pairs[k][0]], shapes[pairs[k][1]]) for k in solid])
@@ -156,7 +170,7 @@ class ClearanceEvaluator:
 
     # --- evaluation ----------------------------------------------------------------------------------
 
-    def _link_object(self, pose: _Pose, turn: Array) -> tuple[Array, Array]:
+    def _link_object(self, pose: _Pose, turn: Array, ends: Array) -> tuple[Array, Array]:
         """Return the clearances from the object and their derivatives."""
         limit = ACTIVATION + self.options.margin
         swept = self._swept
@@ -165,8 +179,8 @@ class ClearanceEvaluator:
         normals: Array = np.zeros((0, 3))
         joints = swept.joints
         if joints.size:
-            start = pose.in_object(pose.place(joints, swept.starts))
-            end = pose.in_object(pose.place(joints, swept.ends))
+            placed = swept.place(pose) if self._swept_rows is None else ends[:, self._swept_rows]
+            start, end = pose.in_object(placed)
             distance, points, normals = self._search.least(start, end, 1.5 * limit + swept.radii)
             distance = distance - swept.radii
         if self._solids is not None:
@@ -178,31 +192,33 @@ class ClearanceEvaluator:
         value, slope = saturate(distance, limit)
         return value, slope[:, None] * self._pulled(pose, turn, joints, points, normals)
 
-    def _self_collision(self, pose: _Pose) -> tuple[Array, Array]:
-        """Return the least distances of each two fingers and their derivatives."""
-        n_q = self.layout.n_joints
+    def _self_collision(self, pose: _Pose, ends: Array) -> tuple[Array, Array]:
+        """Return the least distances of each two fingers and their derivatives.
+
+        Both witness points lie on one line along the normal, so that one lever serves both links of a pair: what
+        moves the pair apart are the joints that carry one of them and not the other.
+        """
+        gradient = np.zeros((self._n_groups, self.layout.n_geometric))
         if self._n_groups == 0:
-            return np.zeros(0), np.zeros((0, n_q + 6))
+            return np.zeros(0), gradient
         limit = ACTIVATION + self.options.margin
-        values = np.full(self._pair_groups.size, limit)
-        rows = np.zeros((self._pair_groups.size, n_q))
-        near, distance, normals, point_a, point_b = self._segments.near(pose, self._pairs, 1.5 * limit)
-        joint_a, joint_b = self._segments.joints[self._pairs[near]].T
+        near, distance, normals, points = self._segments.near(ends, self._pairs, 1.5 * limit)
         if self._solid_pairs is not None:
             found = self._solid_pairs.distances(pose, 1.5 * limit)
             close = np.flatnonzero(found.distance < 1.5 * limit)
             near = np.concatenate([near, len(self._pairs) + close])
             distance = np.concatenate([distance, found.distance[close]])
-            normals = np.vstack([normals, found.normals[close]])
-            point_a, point_b = np.vstack([point_a, found.points_a[close]]), np.vstack([point_b, found.points_b[close]])
-            joint_a = np.concatenate([joint_a, found.joints_a[close]])
-            joint_b = np.concatenate([joint_b, found.joints_b[close]])
+            normals, points = np.vstack([normals, found.normals[close]]), np.vstack([points, found.points_a[close]])
+        values = np.full(self._pair_groups.size, limit)
         values[near], slope = saturate(distance, limit)
-        by_joint = self._moved(pose, joint_b, point_b, normals) - self._moved(pose, joint_a, point_a, normals)
-        rows[near] = slope[:, None] * (by_joint @ self.problem.hand.coupling)
         least, weights = grouped_minimum(values, self._pair_groups, self._n_groups, TEMPERATURE)
-        gradient = np.zeros((self._n_groups, n_q + 6))
-        np.add.at(gradient[:, :n_q], self._pair_groups[near], weights[near, None] * rows[near])
+        weight = weights[near] * slope
+        counts = np.flatnonzero(weight > NEGLIGIBLE)
+        near, weight, normals = near[counts], weight[counts], normals[counts]
+        twist = normals @ pose.linear + cross_rows(points[counts], normals) @ pose.angular
+        spread = np.zeros((self._n_groups, len(near)))
+        spread[self._pair_groups[near], np.arange(len(near))] = weight
+        gradient[:, self.layout.joints] = spread @ (twist * self._pair_masks[near]) @ self.problem.hand.coupling
         return least, gradient
 
     def _ground(self, pose: _Pose, turn: Array) -> tuple[Array, Array]:
@@ -218,14 +234,14 @@ class ClearanceEvaluator:
         np.add.at(gradient, self._corner_groups, weights[:, None] * rows)
         return least, gradient
 
-    def _tip_patch(self, pose: _Pose, turn: Array, geometry: ContactGeometry) -> tuple[Array, Array]:
-        """Return n·a of each touching last link and its derivatives; dn from the object's curvature, da = ω × a."""
-        if not self._tips:
+    def _leaning(self, pose: _Pose, turn: Array, geometry: ContactGeometry) -> tuple[Array, Array]:
+        """Return n·a of each touching link and its derivatives; dn from the object's curvature, da = ω × a."""
+        if self._touching.size == 0:
             return np.zeros(0), np.zeros((0, self.layout.n_geometric))
-        joints = self._tip_joints
-        axes = (pose.rotations[joints] @ self._tip_axes)[:, :, 0] @ pose.root_rotation.T
-        normals = geometry.normals[self._tip_contacts]
-        gradient = (axes[:, None, :] @ geometry.d_normals[self._tip_contacts])[:, 0]
+        joints = self._touching_joints
+        axes = (pose.rotations[joints] @ self._touching_axes)[:, :, 0] @ pose.root_rotation.T
+        normals = geometry.normals[self._touching]
+        gradient = (axes[:, None, :] @ geometry.d_normals[self._touching])[:, 0]
         levers = cross_rows(axes, normals)
         spin = ((levers @ pose.root_rotation) @ pose.angular) * self._masks[joints]
         gradient[:, self.layout.joints] += spin @ self.problem.hand.coupling
@@ -252,14 +268,18 @@ class _Segments:
 
     def __init__(self, shapes: list[LinkShape] | tuple[LinkShape, ...]) -> None:
         self.joints = np.array([shape.joint for shape in shapes], dtype=int)
-        self.starts = np.array([shape.start for shape in shapes]).reshape(-1, 3)
-        self.ends = np.array([shape.end for shape in shapes]).reshape(-1, 3)
+        self._ends = np.array([(shape.start, shape.end) for shape in shapes]).reshape(-1, 2, 3).transpose(0, 2, 1)
         self.radii = np.array([shape.radius for shape in shapes])
-        self._reach = self.radii + np.linalg.norm(self.ends - self.starts, axis=1) / 2
+        self._reach = self.radii + np.linalg.norm(self._ends[:, :, 1] - self._ends[:, :, 0], axis=1) / 2
 
-    def near(self, pose: _Pose, pairs: Indices, limit: float) -> tuple[Indices, Array, Array, Array, Array]:
-        """Return the pairs that are near, their distances, unit normals from a to b and points on their axes."""
-        start, end = pose.place(self.joints, self.starts), pose.place(self.joints, self.ends)
+    def place(self, pose: _Pose) -> Array:
+        """Return starts and ends in the root frame, of shape (2, m, 3)."""
+        placed = pose.rotations[self.joints] @ self._ends + pose.translations[self.joints][:, :, None]
+        return np.ascontiguousarray(placed.transpose(2, 0, 1))
+
+    def near(self, ends: Array, pairs: Indices, limit: float) -> tuple[Indices, Array, Array, Array]:
+        """Return the pairs that are near, their distances, unit normals from a to b and points on the axes of a."""
+        start, end = ends
         middle = 0.5 * (start + end)
         i, j = pairs.T
         apart = middle[j] - middle[i]
@@ -270,4 +290,4 @@ class _Segments:
         normals = point_b - point_a
         length = np.sqrt(np.einsum("ij,ij->i", normals, normals))
         normals /= np.maximum(length, 1e-12)[:, None]
-        return near, length - self.radii[i] - self.radii[j], normals, point_a, point_b
+        return near, length - self.radii[i] - self.radii[j], normals, point_a

@@ -7,6 +7,7 @@ from abc import abstractmethod
 import numpy as np
 
 from .clearance import ClearanceState
+from .link_shapes import inner_axes, link_shapes
 from .load_terms import load_constraints
 from .problem import GraspProblem
 from .spatial import Array
@@ -77,6 +78,22 @@ class TipPatch(Constraint):
         return _padded(state.clearance.d_tip_patch, state.x.size)
 
 
+class Tangency(Constraint):
+    """Inner links touch with their sides: n·a = 0, which keeps their capsules outside a convex object."""
+
+    name, unit, equality, scale = "tangency", "1", True, 1.0
+
+    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return n·a of every touching inner link."""
+        assert state.clearance is not None
+        return state.clearance.tangency
+
+    def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return its derivatives."""
+        assert state.clearance is not None
+        return _padded(state.clearance.d_tangency, state.x.size)
+
+
 class AbductionOrder(Constraint):
     """The abduction angles of the fingers keep their physical order: Remark 1."""
 
@@ -99,9 +116,15 @@ def problem_constraints(problem: GraspProblem) -> tuple[Constraint, ...]:
         (options.self_collision, SelfClearance()),
         (options.ground is not None, GroundClearance()),
         (options.tip_patch, TipPatch()),
+        (options.link_object == "geometry" and _touches_with_sides(problem), Tangency()),
         (options.remark1 and problem.hand.description.remark1 is not None, AbductionOrder()),
     )
     return (*MODEL_CONSTRAINTS, *(term for on, term in wanted if on), *load_constraints(problem))
+
+
+def _touches_with_sides(problem: GraspProblem) -> bool:
+    """Return whether an inner link touches the object."""
+    return bool(inner_axes(problem.hand, link_shapes(problem.hand), problem.frames))
 
 
 def _padded(derivative: Array, size: int) -> Array:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import warnings
+from collections.abc import Callable
 from typing import Any, NoReturn
 
 import click
@@ -24,12 +26,14 @@ EXIT_USAGE = 2
 
 
 class _Commands(click.Group):
-    """A group that turns typed errors into one line and exit code 2."""
+    """A group that turns typed errors into one line and exit code 2, and warnings into one line each."""
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; see the base class."""
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = _warning_printer()
+                return super().invoke(ctx)
         except GraspPlannerError as error:
             _fail(str(error))
         except BrokenPipeError:
@@ -41,6 +45,19 @@ def _fail(message: str) -> NoReturn:
     """Print one line on standard error and exit."""
     click.echo(f"grasp-planner: error: {' '.join(message.split())}", err=True)
     sys.exit(EXIT_USAGE)
+
+
+def _warning_printer() -> Callable[..., None]:
+    """Return a function that prints each warning once, as one line on standard error."""
+    shown: set[str] = set()
+
+    def show(message: Warning | str, *_: object) -> None:
+        line = " ".join(str(message).split())
+        if line not in shown:
+            click.echo(f"grasp-planner: warning: {line}", err=True)
+        shown.add(line)
+
+    return show
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})

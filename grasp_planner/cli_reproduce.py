@@ -21,7 +21,11 @@ from .reproduce import PARETO_RATIOS, CellResult, ParetoPoint, pareto_front, run
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Write JSON, pages and figures there.")
 @click.option("--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file.")
-@click.option("--synergy-set", default=None, help="Synergy set [default: native if the hand has it].")
+@click.option(
+    "--synergy-set",
+    default=None,
+    help="Synergy set [default: native if there is one; with clearance the hand's for that].",
+)
 @click.option(
     "--clearance",
     type=click.Choice(["none", "links"]),
@@ -47,11 +51,13 @@ def reproduce(
 
     Every cell starts from the same infeasible point without contact, then from seeded random ones.
     """
-    from .reproduce_page import HONESTY, write_report
+    from .reproduce_page import page_notes, write_report
 
     console = Console()
     loaded = load_hand(hand)
-    if synergy_set is None and "native" in loaded.synergy_set_names:
+    if synergy_set is None and clearance == "links":
+        synergy_set = loaded.description.synergies.with_clearance
+    elif synergy_set is None and "native" in loaded.synergy_set_names:
         synergy_set = "native"
     name = loaded.synergies(synergy_set).name
     options = PlannerOptions(starts=starts, enough=enough, max_iterations=200)
@@ -73,7 +79,7 @@ def reproduce(
         cells = run_cells(**run)
         front = pareto_front(**run) if out else []
     console.print(_table(cells))
-    console.print(HONESTY, style="dim")
+    console.print(page_notes(cells), style="dim")
     if out is not None:
         settings = f"{loaded.description.title}; synergy set {name}; torque model {torque_model}; clearance {clearance}"
         write_report(out, cells, front, seed=seed, settings=settings)

@@ -46,12 +46,10 @@ class PairDistances:
 
 
 class HandPose(Protocol):
-    """Placements of all joints in the root frame, and pose of the root in O."""
+    """Placements of all joints in the root frame, of shape (n, 4, 4), and pose of the root in O, of shape (4, 4)."""
 
-    rotations: Array
-    translations: Array
-    root_rotation: Array
-    root_translation: Array
+    placements: Array
+    root: Array
 
 
 class ExactDistance:
@@ -111,7 +109,8 @@ class CoalPairs:
         self.joints_b = np.array([shape.joint for shape in second], dtype=int)
         self._second = [_geometry(shape) for shape in second]
         self._mount_b = _mounts(second)
-        self._centres = np.array([(shape.start + shape.end) / 2 for shape in second])[:, :, None]
+        middles = [shape.placement.actInv((shape.start + shape.end) / 2) for shape in second]
+        self._centres = np.array([[*middle, 1.0] for middle in middles])[:, :, None]
         self._balls = np.array([s.radius + float(np.linalg.norm(s.end - s.start)) / 2 for s in second])
 
     @classmethod
@@ -122,8 +121,8 @@ class CoalPairs:
         count = len(shapes)
         pairs.joints_b = np.full(count, -1)
         pairs._second = [grasp_object.coal_geometry()] * count
-        pairs._mount_b = (np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3, 1)))
-        pairs._centres = np.zeros((count, 3, 1))
+        pairs._mount_b = np.tile(np.eye(4), (count, 1, 1))
+        pairs._centres = np.tile([[0.0], [0.0], [0.0], [1.0]], (count, 1, 1))
         pairs._balls = np.full(count, float(np.linalg.norm(grasp_object.half_extents)))
         return pairs
 
@@ -147,19 +146,16 @@ class CoalPairs:
         Returns:
             The distances.
         """
-        turned, shifted = pose.rotations[self.joints_a], pose.translations[self.joints_a]
-        rotation_a = turned @ self._mount_a[0]
-        position_a = (turned @ self._mount_a[1])[:, :, 0] + shifted
-        rotation_b, position_b, centres = self._mount_b[0], self._mount_b[1][:, :, 0], self._centres[:, :, 0]
+        frames_a = pose.placements[self.joints_a] @ self._mount_a
         if in_object:
-            rotation_a = pose.root_rotation @ rotation_a
-            position_a = position_a @ pose.root_rotation.T + pose.root_translation
+            frames_a = pose.root @ frames_a
+            frames_b = self._mount_b
         else:
-            turned, shifted = pose.rotations[self.joints_b], pose.translations[self.joints_b]
-            rotation_b = turned @ rotation_b
-            position_b = (turned @ self._mount_b[1])[:, :, 0] + shifted
-            centres = (turned @ self._centres)[:, :, 0] + shifted
-        local = ((centres - position_a)[:, None, :] @ rotation_a)[:, 0]
+            frames_b = pose.placements[self.joints_b] @ self._mount_b
+        rotation_a, position_a = frames_a[:, :3, :3], frames_a[:, :3, 3]
+        rotation_b, position_b = frames_b[:, :3, :3], frames_b[:, :3, 3]
+        local = ((frames_b @ self._centres)[:, None, :3, 0] - position_a[:, None]) @ rotation_a
+        local = local[:, 0]
         gap = local - np.minimum(np.maximum(local, self._low), self._high)
         distance = np.sqrt(np.einsum("ij,ij->i", gap, gap)) - self._balls
         normals, points_a, points_b = np.zeros((3, len(distance), 3))
@@ -173,10 +169,9 @@ class CoalPairs:
         return PairDistances(distance, normals, points_a, points_b, self.joints_a, self.joints_b)
 
 
-def _mounts(shapes: Sequence[LinkShape]) -> tuple[Array, Array]:
-    """Return rotations (m, 3, 3) and positions (m, 3, 1) [m] of coal geometries in the frames of their joints."""
-    rotations = np.array([shape.placement.rotation for shape in shapes])
-    return rotations, np.array([shape.placement.translation for shape in shapes])[:, :, None]
+def _mounts(shapes: Sequence[LinkShape]) -> Array:
+    """Return poses of coal geometries in the frames of their joints [m], of shape (m, 4, 4)."""
+    return np.array([shape.placement.homogeneous for shape in shapes])
 
 
 def _geometry(shape: LinkShape) -> Any:

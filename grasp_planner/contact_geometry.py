@@ -32,6 +32,9 @@ class ContactGeometry:
         d_normals: ∂normals, of shape (n_c, 3, n_g).
         d_gaps: ∂gaps, of shape (n_c, n_g).
         d_jacobian: ∂J, of shape (n_g, m, n_q), variable first.
+        turn: Angular velocity of the palm in O per velocity of its rotation coordinates, of shape (3, 3).
+        placements: Poses of all joints in the root frame of the hand, of shape (n_joints + 1, 4, 4).
+        twists: Their Jacobian columns (linear, angular) about the root's origin, of shape (6, nv).
     """
 
     rotation: Array
@@ -45,6 +48,9 @@ class ContactGeometry:
     d_normals: Array
     d_gaps: Array
     d_jacobian: Array
+    turn: Array
+    placements: Array
+    twists: Array
 
     def grasp_products(self, covector: Array, forces: Array) -> tuple[Array, Array]:
         """Return ∂(Gᵀ g) for a fixed covector g and ∂(G f) for fixed forces f.
@@ -121,6 +127,9 @@ class ContactGeometryEvaluator:
             d_normals=d_normals,
             d_gaps=d_gaps,
             d_jacobian=d_jacobian.reshape(layout.n_geometric, 3 * n_c, n_q),
+            turn=turn,
+            placements=kinematics.placements,
+            twists=kinematics.twists,
         )
 
     def _round_tips(

@@ -74,30 +74,35 @@ class SegmentSearch:
         length = np.sqrt(np.einsum("ij,ij->i", along, along))
         t = self._first_guess(start, along)
         distance, gradient = np.empty(len(t)), np.empty((len(t), 3))
-        bracket = _Bracket(len(t))
+        bracket: _Bracket | None = None
         active = np.arange(len(t))
-        for step in range(SEARCH_STEPS):
+        for _ in range(SEARCH_STEPS):
             at, ahead = t[active], along[active]
             sample = self.grasp_object.sample(start[active] + at[:, None] * ahead)
             slope, move, value, normal = _newton(sample, ahead)
-            bracket.update(active, at, slope, sample)
             settled = ((at <= 0.0) & (slope >= 0.0)) | ((at >= 1.0) & (slope <= 0.0))
-            if step == 0:  # φ is 1-Lipschitz: far segments need no search
+            if bracket is None:  # the first step; φ is 1-Lipschitz: far segments need no search
                 least = sample.distance - np.maximum(at, 1.0 - at) * length[active]
                 far = ~settled & (least > reach)
                 sample.distance[far] = least[far]
                 settled |= far
-            pinched = ~settled & (bracket.width(active) * length[active] < PINCHED) & (length[active] > 0.0)
-            if pinched.any():
-                sample.distance[pinched], sample.gradient[pinched] = bracket.kink(active[pinched])
-            settled |= pinched
+            else:
+                bracket.update(active, at, slope, sample)
+                pinched = ~settled & (bracket.width(active) * length[active] < PINCHED) & (length[active] > 0.0)
+                if pinched.any():
+                    sample.distance[pinched], sample.gradient[pinched] = bracket.kink(active[pinched])
+                settled |= pinched
             distance[active] = np.where(settled, sample.distance, value)
             gradient[active] = np.where(settled[:, None], sample.gradient, normal)
             done = settled | (np.abs(move) * length[active] < SEARCH_TOLERANCE)
+            if done.all():
+                t[active] = np.where(settled, at, np.minimum(np.maximum(at + move, 0.0), 1.0))
+                break
+            if bracket is None:  # most searches end before they need one
+                bracket = _Bracket(len(t))
+                bracket.update(active, at, slope, sample)
             t[active] = np.where(settled, at, bracket.inside(active, at + move))
             active = active[~done]
-            if active.size == 0:
-                break
         self._last = t
         return distance, start + t[:, None] * along, gradient
 

@@ -217,12 +217,19 @@ class Hand:
 
         Raises:
             NameNotFoundError: If there is no such set.
+            InvalidValueError: If none is named and the hand has no default.
             FileFormatError: If its file is malformed.
         """
         files = self.description.synergies
         name = set_name if set_name is not None else files.default
-        if name is None or name not in files.sets:
-            raise NameNotFoundError("synergy set", str(name), files.sets)
+        if name is None:
+            raise InvalidValueError(
+                f"synergies of hand {self.name}",
+                None,
+                "a set and its name as default in [synergies] of its description",
+            )
+        if name not in files.sets:
+            raise NameNotFoundError("synergy set", name, files.sets)
         return load_synergies(self.folder / files.sets[name]).reordered(self.joint_names)
 
 

@@ -7,13 +7,13 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pinocchio as pin
 
-from .exceptions import FileFormatError, GraspPlannerError
+from .exceptions import GraspPlannerError
 from .fingertips import Fingertip, find_fingertip
 from .palm_guess import PalmGuess, guess_palm
-from .urdf_file import UrdfFile, package_folders, read_urdf, read_urdf_text
+from .urdf_checks import joint_defects, joint_range, mesh_defects, parse_robot
+from .urdf_file import UrdfFile, read_urdf, read_urdf_text
 
 
 @dataclass(frozen=True)
@@ -93,15 +93,10 @@ def check_hand(path: Path) -> HandCheck:
         FileFormatError: If it can't be read at all, is no XML, or declares entities.
     """
     text = read_urdf_text(path)
-    try:
-        robot = ET.fromstring(text)
-    except ET.ParseError as error:
-        raise FileFormatError(path, f"is not valid XML: {error}") from None
-    if robot.tag != "robot":
-        raise FileFormatError(path, f"is no URDF: its root element is <{robot.tag}>, not <robot>")
+    robot = parse_robot(path, text)
     name = robot.get("name") or path.stem
     joints = _moving_joints(robot)
-    errors = [*_joint_errors(robot), *_missing_meshes(path, text, robot)]
+    errors = [*joint_defects(robot), *mesh_defects(path, text, robot)]
     if not errors:
         try:
             return _analysed(path, name, joints, read_urdf(path))
@@ -117,53 +112,11 @@ def _moving_joints(robot: ET.Element) -> tuple[JointReport, ...]:
         if joint.get("type") == "fixed":
             continue
         mimic = joint.find("mimic")
-        lower, upper = _limits(joint)
+        lower, upper = joint_range(joint)
         reports.append(
             JointReport(joint.get("name", ""), lower, upper, "" if mimic is None else mimic.get("joint", ""))
         )
     return tuple(reports)
-
-
-def _joint_errors(robot: ET.Element) -> list[str]:
-    """Return what is wrong with the joints, one line each."""
-    errors = []
-    joints = {joint.get("name", ""): joint for joint in robot.findall("joint")}
-    for name, joint in joints.items():
-        kind, mimic = joint.get("type", ""), joint.find("mimic")
-        if kind == "fixed":
-            continue
-        if kind != "revolute":
-            errors.append(f"joint {name!r} is {kind or 'of no type'}: only revolute joints are supported")
-            continue
-        lower, upper = _limits(joint)
-        if not lower < upper:
-            errors.append(f"joint {name!r} has no usable limits: lower and upper have to be numbers, lower < upper")
-        if mimic is None:
-            continue
-        source = joints.get(mimic.get("joint", ""))
-        if source is None:
-            errors.append(f"joint {name!r} mimics {mimic.get('joint')!r}, which does not exist")
-        elif source.find("mimic") is not None:
-            errors.append(f"joint {name!r} mimics {source.get('name')!r}, which is a mimic joint itself")
-    if all(joint.get("type") == "fixed" for joint in joints.values()):
-        errors.append("has no moving joint")
-    return errors
-
-
-def _missing_meshes(path: Path, text: str, robot: ET.Element) -> list[str]:
-    """Return the mesh files that are not where the URDF says, one line each."""
-    folders = package_folders(path, text)
-    names = sorted({mesh.get("filename", "") for mesh in robot.iter("mesh")})
-    return [f"mesh {name!r} is missing" for name in names if not _mesh_exists(name, folders)]
-
-
-def _mesh_exists(name: str, folders: tuple[Path, ...]) -> bool:
-    """Return whether a mesh of a URDF is there."""
-    inner = re.sub(r"^(package|file|model)://", "", name)
-    try:
-        return bool(inner) and any((folder / inner).is_file() for folder in folders)
-    except (OSError, ValueError):
-        return False
 
 
 def _analysed(path: Path, name: str, joints: tuple[JointReport, ...], urdf: UrdfFile) -> HandCheck:
@@ -224,20 +177,3 @@ def _finger_names(fingers: list[tuple[tuple[str, ...], str]]) -> list[str]:
         shorts.append(next((word for word in known if word in link.lower()), shared or link))
     names = [short if shorts.count(short) == 1 else link for short, (_, link) in zip(shorts, fingers, strict=True)]
     return [re.sub(r"[^A-Za-z0-9_-]", "_", name) for name in names]
-
-
-def _limits(joint: ET.Element) -> tuple[float, float]:
-    """Return the limits of a joint [rad], NaN where there is no finite number."""
-    limit = joint.find("limit")
-    if limit is None:
-        return float("nan"), float("nan")
-    return _number(limit.get("lower")), _number(limit.get("upper"))
-
-
-def _number(text: str | None) -> float:
-    """Return a finite number of the file, NaN if it is none."""
-    try:
-        value = float(text or "nan")
-    except ValueError:
-        return float("nan")
-    return value if np.isfinite(value) else float("nan")

@@ -27,6 +27,8 @@ class ContactKinematics:
         angular: Angular velocity per joint velocity, of shape (n_c, 3, n_q).
         linear_derivative: ∂linear/∂q_k [m/rad²], of shape (n_q, n_c, 3, n_q), k first; empty if not asked for.
         angular_derivative: ∂angular/∂q_k [1/rad], of shape (n_q, n_c, 3, n_q); empty if not asked for.
+        placements: Poses of all joints in the root frame, of shape (n_joints + 1, 4, 4).
+        twists: Their Jacobian columns (linear, angular) about the root's origin [m/rad, 1], of shape (6, nv).
     """
 
     position: Array
@@ -34,6 +36,8 @@ class ContactKinematics:
     angular: Array
     linear_derivative: Array
     angular_derivative: Array
+    placements: Array
+    twists: Array
 
 
 class HandKinematics:
@@ -55,10 +59,11 @@ class HandKinematics:
         self._before = (index[:, None] <= index[None, :]).astype(float)[:, None, None, :]
         self._strictly_before = (index[:, None] < index[None, :]).astype(float)[:, None, None, :]
         placements = [hand.model.frames[frame.frame_id].placement for frame in self.frames]
-        self._mounts = [
-            (frame.joint_id, placement.act(np.array(frame.offset)))
-            for frame, placement in zip(self.frames, placements, strict=True)
+        points = [
+            placement.act(np.array(frame.offset)) for frame, placement in zip(self.frames, placements, strict=True)
         ]
+        self._mounts = np.array([[*point, 1.0] for point in points])[:, :, None]
+        self._joints = np.array([frame.joint_id for frame in self.frames], dtype=int)
         palm = hand.palm_in_root.inverse()
         self._palm_rotation = np.array(palm.rotation)
         self._palm_translation = np.array(palm.translation)
@@ -78,10 +83,11 @@ class HandKinematics:
         pin.computeJointJacobians(hand.model, data, hand.full_configuration(q))
         # Columns of data.J are joint twists about the root's origin; move them into the palm frame and to p.
         rotation = self._palm_rotation
-        omega = rotation @ data.J[3:]
-        at_origin = rotation @ data.J[:3]
-        placed = np.array([data.oMi[joint].act(offset) for joint, offset in self._mounts])
-        arm = placed @ rotation.T
+        twists = np.array(data.J)
+        omega = rotation @ twists[3:]
+        at_origin = rotation @ twists[:3]
+        placements = np.array([placement.homogeneous for placement in data.oMi])
+        arm = (placements[self._joints] @ self._mounts)[:, :3, 0] @ rotation.T
         linear_full = (at_origin - skew(arm) @ omega) * self._mask
         angular_full = omega * self._mask
         coupling = hand.coupling
@@ -93,7 +99,9 @@ class HandKinematics:
             linear_derivative = self._contract(self._pair_products(crosses, linear_full, symmetric=True))
         if derivatives and angular:
             angular_derivative = self._contract(self._pair_products(crosses, angular_full, symmetric=False))
-        return ContactKinematics(position, linear, angular_part, linear_derivative, angular_derivative)
+        return ContactKinematics(
+            position, linear, angular_part, linear_derivative, angular_derivative, placements, twists
+        )
 
     def _pair_products(self, crosses: Array, columns: Array, *, symmetric: bool) -> Array:
         """Return ω_a × column_b for all joints a before b of each contact's chain, of shape (nv, n_c, 3, nv)."""

@@ -140,6 +140,31 @@ def tip_axes(hand: Hand, frames: Iterable[ContactFrame]) -> tuple[tuple[int, int
     return tuple(axes)
 
 
+def inner_axes(
+    hand: Hand, shapes: Iterable[LinkShape], frames: Iterable[ContactFrame]
+) -> tuple[tuple[int, int, Array], ...]:
+    """Return the axes of the capsules that touch with their side: of contacts with a radius on inner links.
+
+    Args:
+        hand: The hand.
+        shapes: Its solids.
+        frames: The contact frames.
+
+    Returns:
+        For each such contact: its index, carrying joint and unit axis in the joint's frame.
+    """
+    inner, solids = set(hand.model.parents.tolist()[1:]), tuple(shapes)
+    axes = []
+    for index, frame in enumerate(frames):
+        centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
+        around = (s for s in solids if s.joint == frame.joint_id and s.holds(centre, frame.radius - 1e-6))
+        shape = next(around, None) if frame.joint_id in inner and frame.radius > 0.0 else None
+        if shape is not None and not np.array_equal(shape.start, shape.end):
+            along = shape.end - shape.start
+            axes.append((index, frame.joint_id, along / np.linalg.norm(along)))
+    return tuple(axes)
+
+
 def _shape(hand: Hand, entry: Any) -> LinkShape:
     """Return the solid of a geometry of the collision model."""
     link = hand.model.frames[entry.parentFrame].name

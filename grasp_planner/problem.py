@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -13,7 +14,8 @@ from .clearance_options import ClearanceOptions
 from .exceptions import InvalidValueError, NameNotFoundError
 from .hand import ContactFrame, Hand
 from .load_cases import LoadCases
-from .objects import GraspObject
+from .objects import GraspObject, MeshObject
+from .size_check import ObjectSizeWarning, size_warning
 from .spatial import Array, finite_array, positive, readonly
 from .synergies import SynergySpace
 from .task import TaskDirection, force_task
@@ -83,6 +85,8 @@ class GraspProblem:
         contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
         loads: Disturbances and limits to withstand; by default none, the paper's plain problem, while
             ``LoadCases()`` asks for practical ones.
+
+    Warns with :class:`ObjectSizeWarning` if the object is far too large or too small for the hand.
     """
 
     hand: Hand
@@ -122,6 +126,9 @@ class GraspProblem:
             raise InvalidValueError(
                 "min_normal_force", self.loads.min_normal_force, f"less than the largest, {self.max_normal_force:g} N"
             )
+        known = isinstance(self.grasp_object, MeshObject) and self.grasp_object.size_doubted  # it has warned itself
+        if not known and (message := size_warning(self.hand, self.frames, self.grasp_object)):
+            warnings.warn(message, ObjectSizeWarning, stacklevel=3)
         # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
         _ = self.synergies, self.joint_compliance
 

@@ -22,8 +22,13 @@ HONESTY = (
     "synergies it is unbounded along a plane or a line, and with more where the search drives α to infinity; the "
     "angle is to that space, the hand resists there with its structure and not with its motors, and small angles "
     "there mean less. Along n_s F need not fall at every step: C sums over synergies, so that a posture which is best "
-    "with few is not best with more, and the weights trade F for C. As in the paper nothing keeps the links out of the "
-    "object here, unless the settings say so; plan does by default."
+    "with few is not best with more, and the weights trade F for C."
+)
+PLAIN = "As in the paper nothing keeps the links out of the object here; plan does by default."
+CLEAR = (
+    "Remarks 1 and 2 are on, unlike in the tables of the paper: abduction angles keep their order, and the real "
+    "geometry of every link keeps clear of the object, of the other fingers and of the palm by {margin:g} mm, but for "
+    "the last links around the point fingertips; these touch with the ends of their tips only."
 )
 COLUMNS = (
     "table",
@@ -78,6 +83,13 @@ def write_report(
         raise FileFormatError(folder, f"can't be written: {error.strerror}") from None
 
 
+def page_notes(cells: Sequence[CellResult]) -> str:
+    """Return what a reader has to know about the numbers: how ours differ, and whether links keep clear."""
+    clearance = cells[0].grasp.problem.clearance
+    note = CLEAR.format(margin=1e3 * clearance.margin) if clearance.needs_geometry and clearance.remark1 else PLAIN
+    return f"{HONESTY} {note}"
+
+
 def table_cells(result: CellResult) -> list[str]:
     """Return the texts of a row, in the order of :data:`COLUMNS`."""
     row, cell = result.row(), result.cell
@@ -119,7 +131,7 @@ def _markdown(
     cells: Sequence[CellResult], front: Sequence[ParetoPoint], figures: dict[str, bytes], seed: int, settings: str
 ) -> str:
     """Return the Markdown page."""
-    lines = ["# The paper's tables, beside ours", "", f"{settings}; seed {seed}.", "", HONESTY, ""]
+    lines = ["# The paper's tables, beside ours", "", f"{settings}; seed {seed}.", "", page_notes(cells), ""]
     lines += markdown_table(COLUMNS, [table_cells(cell) for cell in cells])
     for name in figures:
         lines += ["", f"![{name}]({name}.png)"]
@@ -133,7 +145,7 @@ def _html(
 ) -> str:
     """Return the page as one self-contained HTML file."""
     body = (
-        f"<p>{html.escape(settings)}; seed {seed}.</p><p>{html.escape(HONESTY)}</p>"
+        f"<p>{html.escape(settings)}; seed {seed}.</p><p>{html.escape(page_notes(cells))}</p>"
         f"{html_table(COLUMNS, [table_cells(cell) for cell in cells])}{html_images(figures)}"
         "<h2>Trade-off between F and C, y task, three synergies</h2>"
         f"{html_table(('w_F/w_C', 'F [N]', 'C', 'angle [°]'), _front_rows(front))}"

@@ -84,7 +84,7 @@ class StateEvaluator:
         self.layout = VariableLayout(problem.hand.n_joints, problem.n_synergies)
         self.chart = PoseChart.around(reference_pose)
         self._geometry = ContactGeometryEvaluator(problem, self.chart)
-        self._clearance = ClearanceEvaluator(problem, self.chart) if problem.clearance.needs_geometry else None
+        self._clearance = ClearanceEvaluator(problem) if problem.clearance.needs_geometry else None
         self._loads = LoadEvaluator(problem) if problem.loads.active else None
         self._complement = problem.synergies.complement()
 
@@ -155,7 +155,7 @@ class StateEvaluator:
             d_compliance=self._complement.T @ d_bent,
             d_force_norm=(normal / force_norm) @ d_normal,
             d_task_index=self._pad(d_task_index),
-            clearance=None if self._clearance is None else self._clearance.evaluate(x, geometry),
+            clearance=None if self._clearance is None else self._clearance.evaluate(geometry),
             loads=loads,
         )
 

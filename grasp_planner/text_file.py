@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from .exceptions import FileFormatError
@@ -28,3 +29,20 @@ def read_text_file(path: Path, max_bytes: int) -> str:
         raise FileFormatError(path, error.strerror or "can't be read") from None
     except UnicodeDecodeError:
         raise FileFormatError(path, "is not UTF-8 text") from None
+
+
+def refuse_entities(path: Path, text: str) -> None:
+    """Refuse XML that declares a document type, entities, or an encoding that could hide one.
+
+    Args:
+        path: The file, for messages.
+        text: Its text, read as UTF-8.
+
+    Raises:
+        FileFormatError: If it does.
+    """
+    declared = re.search(r"<\?xml[^>]*\bencoding\s*=\s*[\"']([^\"']*)", text[:1000])
+    if declared and declared[1].lower() not in ("utf-8", "utf8", "ascii", "us-ascii"):
+        raise FileFormatError(path, f"declares the encoding {declared[1]!r}, only UTF-8 is allowed")
+    if "<!DOCTYPE" in text.upper() or "<!ENTITY" in text.upper():
+        raise FileFormatError(path, "declares a document type or entities, which is not allowed")

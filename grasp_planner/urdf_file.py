@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.metadata
 import logging
-import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,8 @@ import pinocchio as pin
 import yourdfpy
 
 from .exceptions import FileFormatError
-from .text_file import read_text_file
+from .text_file import read_text_file, refuse_entities
+from .urdf_checks import joint_defects, mesh_defects, package_folders, parse_robot
 
 MAX_URDF_BYTES = 20_000_000
 """Largest URDF that is read."""
@@ -80,22 +80,6 @@ def find_robot_file(text: str, folder: Path) -> Path:
     return Path(str(data)) / inner
 
 
-def package_folders(path: Path, text: str) -> tuple[Path, ...]:
-    """Return the folders in which the meshes of a URDF are looked for.
-
-    Args:
-        path: The URDF.
-        text: Its text; ``package://NAME/…`` is found if a folder NAME lies beside or above the file.
-
-    Returns:
-        The file's own folder, then those that hold the named packages.
-    """
-    names = sorted(set(re.findall(r"package://([\w.-]+)/", text)))
-    parents = path.resolve().parents
-    holding = {parent for name in names for parent in parents if (parent / name).is_dir()}
-    return path.parent, *sorted(holding, key=lambda parent: -len(parent.parts))
-
-
 def read_urdf(path: Path) -> UrdfFile:
     """Read a URDF of a hand.
 
@@ -109,11 +93,14 @@ def read_urdf(path: Path) -> UrdfFile:
 
     Raises:
         FileFormatError: If it can't be read, is malformed, declares a document type (entities), has no moving
-            joint, a mimic of a mimic, or a joint that is not revolute.
+            joint, a mimic of a mimic, a joint that is not revolute or has no limits, or collision meshes that are
+            missing; the reason names the first defect.
     """
     text = read_urdf_text(path)
-    robot = _parse(path, text)
-    mimics = _mimics(path, robot)
+    root = parse_robot(path, text)
+    for defect in (*joint_defects(root), *mesh_defects(path, text, root, collision_only=True)):
+        raise FileFormatError(path, defect)
+    mimics = _mimics(path, _parse(path, text))
     try:
         model = pin.buildModelFromXML(text)
         with warnings.catch_warnings():
@@ -122,8 +109,6 @@ def read_urdf(path: Path) -> UrdfFile:
             collision_model = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION, folders)
     except Exception as error:
         raise FileFormatError(path, f"Pinocchio can't build it: {str(error).splitlines()[0]}") from None
-    if model.nv == 0:
-        raise FileFormatError(path, "has no moving joint")
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         kind = joint.shortname().removeprefix("JointModel")
         if joint.nq != 1 or joint.nv != 1 or not kind.startswith("R"):
@@ -134,8 +119,7 @@ def read_urdf(path: Path) -> UrdfFile:
 def read_urdf_text(path: Path) -> str:
     """Return the text of the file after size and document-type checks."""
     text = read_text_file(path, MAX_URDF_BYTES)
-    if "<!DOCTYPE" in text.upper() or "<!ENTITY" in text.upper():
-        raise FileFormatError(path, "declares a document type or entities, which is not allowed")
+    refuse_entities(path, text)
     return text
 
 

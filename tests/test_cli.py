@@ -3,8 +3,10 @@
 import json
 import subprocess
 import sys
+import warnings
 
 import pytest
+import trimesh
 from click.testing import CliRunner
 
 import grasp_planner as gp
@@ -161,3 +163,30 @@ def test_without_the_extra_batch_planning_says_what_to_install(missing, tmp_path
     assert finished.returncode == 2
     (line,) = finished.stderr.strip().splitlines()
     assert "scripts/setup batch" in line
+
+
+WARNED = [
+    ("cylinder:radius=30,height=150", "far too large for hand dlr_hit_ii_right", "are these millimetres? Times 0.001"),
+    ("sphere:radius=0.00003", "far too small for hand dlr_hit_ii_right", "are these metres? Times 1000"),
+    ("mesh:{folder}/box.stl", "is no size for a hand", "in millimetres, scale=0.001 would fit"),
+]
+
+
+@pytest.mark.parametrize(("text", "what", "guess"), WARNED)
+def test_wrong_units_are_one_warning_with_a_guess(tmp_path, text, what, guess):
+    """An object 1000 times too large or too small: planned all the same, and the guess is printed once."""
+    trimesh.creation.box((50.0, 60.0, 80.0)).export(tmp_path / "box.stl")
+    thing = text.format(folder=tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        result = run("plan", "--object", thing, "--quiet", "--starts", "1", "--max-iterations", "1", "--no-explain")
+    assert result.exit_code == 3
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("grasp-planner: warning: ") and what in line and guess in line
+
+
+def test_an_object_of_fitting_size_is_no_warning():
+    for text in ("sphere:radius=0.03", "box:x=0.02,y=0.4,z=0.4", "capsule:radius=0.004,height=0.02"):
+        gp.GraspProblem(gp.load_hand(), gp.parse_object(text))
+    with pytest.warns(gp.ObjectSizeWarning, match="centimetres"):
+        gp.GraspProblem(gp.load_hand("allegro_right"), gp.Sphere(radius=3.0))

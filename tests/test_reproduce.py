@@ -5,8 +5,10 @@ import json
 import pytest
 from click.testing import CliRunner
 
+from grasp_planner import cli_reproduce, reproduce
 from grasp_planner.cli import main
 from grasp_planner.paper_tables import PAPER_CELLS
+from grasp_planner.reproduce_page import PLAIN
 
 KEYS = {
     "table",
@@ -70,3 +72,21 @@ def test_the_page_is_complete_and_needs_nothing_else(folder):
     for name in ("figure_2_y", "figure_3_x", "convergence", "pareto"):
         assert f"{name}.png" in markdown
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_with_clearance_the_page_says_so(tmp_path, monkeypatch):
+    """Two cells with links clear: the synergies are those for clearance, and both remarks hold."""
+    cells = [cell for cell in PAPER_CELLS if cell.n_synergies == 15]
+    for module in (reproduce, cli_reproduce):
+        monkeypatch.setattr(module, "PAPER_CELLS", cells)
+    monkeypatch.setattr(reproduce, "PARETO_RATIOS", (1e-6,) * 4)
+    options = ["--starts", "6", "--enough", "1", "--out", str(tmp_path)]
+    result = CliRunner().invoke(main, ["reproduce", "--clearance", "links", *options])
+    assert result.exit_code == 0, result.output
+    rows = json.loads((tmp_path / "reproduce.json").read_text())
+    assert [row["feasible"] for row in rows] == [True] * len(cells)
+    assert {row["synergy_set"] for row in rows} == {"santello_clear"}
+    for page in ("reproduce.md", "reproduce.html"):
+        text = (tmp_path / page).read_text()
+        assert "clearance links" in text and "Remarks 1 and 2 are on" in text and PLAIN not in text

@@ -16,6 +16,7 @@ import trimesh
 
 from ..exceptions import FileFormatError
 from ..spatial import Array
+from ..text_file import refuse_entities
 
 MAX_MESH_BYTES = 200_000_000
 """Largest mesh file that is read."""
@@ -61,7 +62,7 @@ def read_solid(path: Path, *, repair: bool = False) -> Solid:
     repairs: list[str] = []
     if not mesh.is_watertight:
         if not repair:
-            raise FileFormatError(path, f"is not watertight: {_open_edges(mesh)} open or branching edges{_HINT}")
+            raise FileFormatError(path, f"{_edge_defects(mesh)}{_HINT}")
         _fill(path, mesh, repairs)
     if not mesh.is_winding_consistent:
         if not repair:
@@ -104,8 +105,13 @@ def _read(path: Path) -> trimesh.Trimesh:
         data = path.read_bytes()
     except (OSError, ValueError) as error:
         raise FileFormatError(path, getattr(error, "strerror", None) or "can't be read") from None
-    if suffix == ".dae" and any(word in data.upper() for word in (b"<!DOCTYPE", b"<!ENTITY")):
-        raise FileFormatError(path, "declares a document type or entities, which is not allowed")
+    if not data:
+        raise FileFormatError(path, "is empty")
+    if suffix == ".dae":
+        try:
+            refuse_entities(path, data.decode("utf-8"))
+        except UnicodeDecodeError:
+            raise FileFormatError(path, "is not UTF-8 text") from None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -138,6 +144,15 @@ def _cleaned(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     if len(bare.faces) == 0 or not bare.extents.max() > 0.0:
         raise FileFormatError(path, "contains no triangles with an area")
     return bare
+
+
+def _edge_defects(mesh: trimesh.Trimesh) -> str:
+    """Say how many edges do not join exactly two triangles."""
+    counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)[1]
+    single, many = int((counts == 1).sum()), int((counts > 2).sum())
+    parts = [f"is not watertight: {single} open edges"] if single else []
+    parts += [f"is not manifold: {many} edges join more than two triangles"] if many else []
+    return " and ".join(parts) or "is not watertight"
 
 
 def _open_edges(mesh: trimesh.Trimesh) -> int:

@@ -99,6 +99,11 @@ class MeshObject(GraspObject):
     file_origin: ClassVar[Array]
     """Origin of the file's frame in O [m], of shape (3,)."""
 
+    @property
+    def size_doubted(self) -> bool:
+        """Whether its longest side is no size for a hand, of which it has warned."""
+        return not SMALL <= float(self._mesh.extents.max()) <= LARGE
+
     def resized(self, factor: float) -> MeshObject:
         """Return the same solid with every size multiplied by a factor, and the same mass."""
         return replace(self, scale=factor * self.scale, mass=self.mass, density=None)

@@ -93,14 +93,15 @@ class Cylinder(GraspObject):
         x, y, z = points.T
         rho = np.sqrt(x * x + y * y)
         safe = np.maximum(rho, 1e-12)
-        zero = np.zeros_like(x)
-        radial = np.stack([x / safe, y / safe, zero], axis=-1)
-        tangent = np.stack([-radial[:, 1], radial[:, 0], zero], axis=-1)
+        radial, tangent = np.zeros((2, len(points), 3))
+        tangent[:, 1] = radial[:, 0] = x / safe
+        radial[:, 1] = y / safe
+        tangent[:, 0] = -radial[:, 1]
         ring = tangent[:, :, None] * tangent[:, None, :] / safe[:, None, None]
         if not self.caps:
             return SurfaceSample(rho - self.radius, radial, ring)
         side = np.where(z < 0.0, -1.0, 1.0)
-        over = np.stack([rho - (self.radius - self.edge), np.abs(z) - (self.height / 2 - self.edge)], axis=-1)
+        over = np.array([rho - (self.radius - self.edge), np.abs(z) - (self.height / 2 - self.edge)])
         distance, (by_rho, by_z), curvature = _profile(over)
         gradient = by_rho[:, None] * radial
         gradient[:, 2] = by_z * side
@@ -227,14 +228,13 @@ class Box(GraspObject):
 
 
 def _profile(over: Array) -> tuple[Array, tuple[Array, Array], Array]:
-    """Return distance, gradient and curvature of a rectangle's corner region, from the overhangs (ρ, z)."""
+    """Return distance, gradient and curvature of a rectangle's corner region, from the overhangs (ρ, z) (2, m)."""
     outside = np.maximum(over, 0.0)
-    length = np.hypot(outside[:, 0], outside[:, 1])
+    length = np.sqrt(outside[0] * outside[0] + outside[1] * outside[1])
     safe = np.maximum(length, 1e-12)
-    inside = over.max(axis=1) <= 0.0
-    side_first = over[:, 0] >= over[:, 1]
-    distance = np.where(inside, over.max(axis=1), length)
-    by_rho = np.where(inside, side_first, outside[:, 0] / safe)
-    by_z = np.where(inside, ~side_first, outside[:, 1] / safe)
-    corner = (over > 0.0).all(axis=1)
-    return distance, (by_rho, by_z), np.where(corner, 1.0 / safe, 0.0)
+    most = np.maximum(over[0], over[1])
+    inside, side_first = most <= 0.0, over[0] >= over[1]
+    by_rho = np.where(inside, side_first, outside[0] / safe)
+    by_z = np.where(inside, ~side_first, outside[1] / safe)
+    corner = (over[0] > 0.0) & (over[1] > 0.0)
+    return np.where(inside, most, length), (by_rho, by_z), np.where(corner, 1.0 / safe, 0.0)

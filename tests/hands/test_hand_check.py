@@ -9,6 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
+from grasp_planner import urdf_checks
+from grasp_planner.cli import main
 from grasp_planner.cli_hand import hand_group
 from grasp_planner.hand_check import check_hand
 from grasp_planner.hand_proposal import proposed_description
@@ -105,6 +107,18 @@ BAD = {
         {"geometry": '<visual><geometry><mesh filename="package://nowhere/a.stl"/></geometry></visual>'},
         "mesh 'package://nowhere/a.stl' is missing",
     ),
+    "no axis": (
+        {
+            "extra": JOINT.format("d", "revolute", "base", "d_1", "0 0 0", LIMIT).replace("0 1 0", "0 0 0")
+            + LINK.format("d_1", "")
+        },
+        "joint 'd' has no usable axis",
+    ),
+    "no link": ({"extra": JOINT.format("d", "revolute", "base", "ghost", "0 0 0", LIMIT)}, "no child link that exists"),
+    "loop": ({"extra": JOINT.format("d", "revolute", "a_2", "base", "0 0 0", LIMIT)}, "its joints close a loop"),
+    "closed chain": ({"extra": JOINT.format("d", "revolute", "a_2", "b_2", "0 0 0", LIMIT)}, "hangs on two joints"),
+    "two roots": ({"extra": LINK.format("alone", "")}, "several roots (alone, base)"),
+    "twice": ({"extra": LINK.format("a_1", "")}, "link 'a_1' is defined 2 times"),
 }
 
 
@@ -119,6 +133,59 @@ def test_defects_are_listed(tmp_path, name):
     assert result.exit_code == 1 and f"error: {check.errors[0]}" in result.output
 
 
+@pytest.mark.parametrize("name", BAD)
+def test_a_hand_on_a_defective_urdf_is_one_line_and_exit_code_two(tmp_path, name, capfd):
+    """The same line from ``plan``; nothing of it from the libraries below."""
+    changes, line = BAD[name]
+    description = plan_with(tmp_path, three_fingers(**changes))
+    if "<visual>" in changes.get("geometry", ""):  # what is only seen is not needed for planning
+        assert gp.load_hand(description).n_joints == 6
+        return
+    result = CliRunner().invoke(main, ["plan", "--hand", str(description)])
+    assert result.exit_code == 2 and result.output.startswith("grasp-planner: error: ")
+    assert line in result.output and result.output.count("\n") == 1
+    assert capfd.readouterr() == ("", "")
+
+
+def plan_with(folder, text):
+    """Write a description that fits the made-up hand beside another URDF."""
+    path = folder / "my_hand.urdf"
+    path.write_text(three_fingers(), encoding="utf-8")
+    description = folder / "my_hand.toml"
+    description.write_text(proposed_description(check_hand(path)), encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
+    return description
+
+
+def test_mimic_of_a_mimic(tmp_path):
+    """A chain of two: refused by both commands."""
+    text = three_fingers(limit=MIMIC.format("b_joint2"))
+    end = text.index("</joint>", text.index('name="b_joint2"'))
+    text = text[:end] + '<mimic joint="c_joint2"/>' + text[end:]
+    line = "joint 'a_joint2' mimics 'b_joint2', which is a mimic joint itself"
+    assert check_hand(write(tmp_path, text)).errors == (line,)
+    with pytest.raises(gp.FileFormatError, match=line):
+        gp.load_hand(plan_with(tmp_path, text))
+
+
+@pytest.mark.parametrize("content", [b"", b"solid nothing", b"<COLLADA/>"])
+def test_a_collision_mesh_that_is_none(tmp_path, content, capfd):
+    (tmp_path / "bad.stl").write_bytes(content)
+    mesh = '<collision><geometry><mesh filename="bad.stl"/></geometry></collision>'
+    assert check_hand(write(tmp_path, three_fingers(geometry=mesh))).errors == (
+        "mesh 'bad.stl' is no mesh that can be read",
+    )
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_huge_collision_mesh(tmp_path, monkeypatch):
+    (tmp_path / "huge.stl").write_bytes(b"0" * 100)
+    monkeypatch.setattr(urdf_checks, "MAX_MESH_BYTES", 99)
+    mesh = '<collision><geometry><mesh filename="huge.stl"/></geometry></collision>'
+    check = check_hand(write(tmp_path, three_fingers(geometry=mesh)))
+    assert check.errors == ("mesh 'huge.stl' is larger than the 99 bytes allowed",)
+
+
 def test_two_defects_are_both_listed(tmp_path):
     mesh = '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
     check = check_hand(write(tmp_path, three_fingers(kind="prismatic", geometry=mesh)))
@@ -131,6 +198,10 @@ def test_two_defects_are_both_listed(tmp_path):
         ("<robot", "not valid XML"),
         ("<sdf/>", "root element is <sdf>"),
         ('<!DOCTYPE r [<!ENTITY a "b">]><robot name="x">&a;</robot>', "document type or entities"),
+        (
+            '<?xml version="1.0" encoding="UTF-7"?>+ADwAIQ-DOCTYPE r [+ADwAIQ-ENTITY a "b">]><robot/>',
+            "encoding 'UTF-7'",
+        ),
     ],
 )
 def test_what_is_no_urdf_is_refused(tmp_path, text, reason):

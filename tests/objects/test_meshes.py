@@ -162,6 +162,15 @@ def invert(mesh):
     mesh.invert()
 
 
+def join_at_an_edge(mesh):
+    return trimesh.util.concatenate([mesh, mesh.copy().apply_translation([*mesh.extents[:2], 0.0])])
+
+
+def test_an_edge_of_four_triangles_is_not_manifold(tmp_path):
+    with pytest.raises(gp.FileFormatError, match="is not manifold: 1 edges join more than two triangles"):
+        gp.MeshObject(path=str(box(tmp_path, "edge.ply", change=join_at_an_edge)))
+
+
 BAD = [
     (drop_faces, "not watertight", "closed"),
     (flip_one, "flipped normals", "turned flipped"),
@@ -186,12 +195,13 @@ def test_defects_are_named_and_repaired_on_demand(tmp_path, change, reason, said
 def test_what_is_no_solid_is_refused(tmp_path, monkeypatch):
     """Empty, flat, cut off, foreign, too large: one line each."""
     cases = {
-        "empty.stl": (b"", "is not a valid STL mesh|no triangles"),
+        "empty.stl": (b"", "is empty"),
         "header.stl": (b"\0" * 80 + struct.pack("<I", 4_000_000_000), "is not a valid STL mesh|no triangles"),
         "text.obj": (b"hello\n", "no triangles|not a valid OBJ"),
         "points.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles|not a valid OBJ"),
         "nan.obj": (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "finite"),
         "bomb.dae": (b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "document type or entities"),
+        "wide.dae": ('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'.encode("utf-16"), "UTF-8"),
         "cut.glb": (b"glTF\x02\0\0\0", "not a valid GLB"),
         "huge.ply": (
             b"ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n",
