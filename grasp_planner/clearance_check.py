@@ -18,6 +18,9 @@ from .spatial import Array
 
 ClearanceKind = Literal["link_object", "self_collision", "ground"]
 
+TOLERATED = 1e-4
+"""Most overlap of a touching link with the object that the error of the object's distance may excuse [m]."""
+
 
 @dataclass(frozen=True)
 class Clearance:
@@ -31,6 +34,8 @@ class Clearance:
         point_a: Nearest point of the first one in O [m], of shape (3,).
         point_b: Nearest point of the second one in O [m], of shape (3,).
         exempt: Whether it is meant to overlap: the last link around a point fingertip and the object.
+        tolerated: Overlap that is no violation [m]: where a link touches a mesh, the search sees the mesh through a
+            smooth distance, and its contact may be off by that distance's error.
     """
 
     kind: ClearanceKind
@@ -40,6 +45,7 @@ class Clearance:
     point_a: Array
     point_b: Array
     exempt: bool = False
+    tolerated: float = 0.0
 
 
 def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> tuple[Clearance, ...]:
@@ -61,12 +67,16 @@ def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) ->
     links = [hand.model.frames[entry.parentFrame].name for entry in entries]
     poses = _placements(problem, q, palm_in_object)
     exempt_joints = {frame.joint_id for frame in problem.frames if frame.radius == 0.0}
+    touching_joints = {frame.joint_id for frame in problem.frames}
+    mesh_error = min(problem.grasp_object.solid.distance_error, TOLERATED)
     solid, identity = problem.grasp_object.solid.coal_geometry(), coal.Transform3s()
     found = []
     for entry, link, pose in zip(entries, links, poses, strict=True):
         value, on_link, on_object, _ = signed_distance(entry.geometry, pose, solid, identity)
-        exempt = int(entry.parentJoint) in exempt_joints
-        found.append(Clearance("link_object", link, "object", value, on_link, on_object, exempt))
+        joint = int(entry.parentJoint)
+        tolerated = mesh_error if joint in touching_joints else 0.0
+        pair = Clearance("link_object", link, "object", value, on_link, on_object, joint in exempt_joints, tolerated)
+        found.append(pair)
     ignored = {frozenset(pair) for pair in hand.description.collision.ignore}
     for j, second in enumerate(entries):
         for i, first in enumerate(entries[:j]):
@@ -91,10 +101,10 @@ def least_distance(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Cl
     )
 
 
-def penetration(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> float:
-    """Return the deepest overlap of a kind [m]; 0 if there is none."""
-    least = least_distance(clearances, kind)
-    return 0.0 if least is None else max(0.0, -least.distance)
+def penetration(clearances: tuple[Clearance, ...], kind: ClearanceKind, tolerant: bool = False) -> float:
+    """Return the deepest overlap of a kind [m], beyond what is tolerated if so asked; 0 if there is none."""
+    pairs = (pair for pair in clearances if pair.kind == kind and not pair.exempt)
+    return max((max(0.0, -pair.distance - tolerant * pair.tolerated) for pair in pairs), default=0.0)
 
 
 def joint_centre_depth(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> float:

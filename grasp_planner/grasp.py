@@ -9,13 +9,7 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
-from .clearance_check import (
-    Clearance,
-    hand_clearances,
-    joint_centre_depth,
-    penetration,
-    tip_overhang,
-)
+from .clearance_check import Clearance, hand_clearances, joint_centre_depth, penetration, tip_overhang
 from .compliance import contact_forces, hand_stiffness, internal_forces, joint_torques
 from .contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix, hand_jacobian
 from .force_closure import force_closure_margin, force_norm_floor
@@ -254,6 +248,7 @@ class Grasp:
         region, _ = self.problem.grasp_object.region(contacts.points)
         imbalance = self.grasp_matrix @ self.forces.ravel() + self.problem.external_wrench
         soft = q - self.reference_joint_angles + self.problem.joint_compliance * self.bending_torques
+        collisions = self.collisions | {"link_object_m": penetration(self.clearances, "link_object", tolerant=True)}
         return {
             "surface_m": float(np.abs(contacts.gaps).max()),
             "region_m": float(max(0.0, -region.min(initial=0.0))),
@@ -262,7 +257,7 @@ class Grasp:
             "compliance_rad": float(np.abs(soft).max()),
             "equilibrium_n": float(np.abs(imbalance[:3]).max()),
             "equilibrium_nm": float(np.abs(imbalance[3:]).max()),
-            **{name: self.collisions[name] for name in self.problem.clearance.requirements},
+            **{name: collisions[name] for name in self.problem.clearance.requirements},
             **load_violations(self.problem, self.forces, contacts.normals, self.hand_jacobian, self.grasp_matrix),
         }
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.benchmark_problems import BenchmarkCase
+from grasp_planner.clearance_check import penetration
 from grasp_planner.feasibility import restore_feasibility
 from grasp_planner.phase_one import opposition
 from grasp_planner.state import StateEvaluator
@@ -142,3 +144,21 @@ def test_grasps_of_many_objects_keep_clear(text, contact_set):
     assert grasp.feasible, grasp.verdict
     assert min(pair.distance for pair in grasp.clearances if not pair.exempt) > -1e-6
     assert grasp.collisions["abduction_order_rad"] < 1e-6
+
+
+def test_a_touching_link_may_be_off_by_the_error_of_a_mesh():
+    case = BenchmarkCase(0, 15, object_kind="mesh-palm", clearance=True, contact_set="sphere")
+    problem = case.problem()
+    error = problem.grasp_object.distance_error
+    pairs = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=1, max_iterations=1)).clearances
+    joints, model = {frame.joint_id for frame in problem.frames}, problem.hand.model
+    touching = {frame.name for frame in model.frames if frame.parentJoint in joints}
+    assert 0.0 < error < 3e-4
+    for pair in pairs:
+        close = pair.kind == "link_object" and pair.link_a in touching
+        assert pair.tolerated == (pytest.approx(min(error, 1e-4)) if close else 0.0)
+    tip = next(pair for pair in pairs if pair.link_a in touching and pair.kind == "link_object")
+    shallow, deep = replace(tip, distance=-0.9 * tip.tolerated), replace(tip, distance=-3e-4)
+    assert penetration((shallow,), "link_object", tolerant=True) == 0.0
+    assert penetration((shallow,), "link_object") == pytest.approx(0.9 * tip.tolerated)
+    assert penetration((shallow, deep), "link_object", tolerant=True) == pytest.approx(3e-4 - tip.tolerated)

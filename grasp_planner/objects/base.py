@@ -51,6 +51,11 @@ class GraspObject(ABC):
         """The body that links have to keep clear of: the object itself, unless only part of it may be touched."""
         return self
 
+    @property
+    def distance_error(self) -> float:
+        """Largest error of :meth:`sample`'s distance near the surface against the exact solid [m]."""
+        return 0.0
+
     @abstractmethod
     def coal_geometry(self) -> Any:
         """Return the exact solid as a coal geometry in O, for checks independent of :meth:`sample`."""
