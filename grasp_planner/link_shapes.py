@@ -111,11 +111,16 @@ def shape_pairs(hand: Hand, shapes: tuple[LinkShape, ...]) -> tuple[tuple[int, i
 
 
 def contact_shapes(hand: Hand, shapes: Iterable[LinkShape], frames: Iterable[ContactFrame]) -> frozenset[str]:
-    """Return the names of the solids that carry a contact patch, which is meant to touch the object."""
-    touching = set()
+    """Return the names of the solids that carry a contact patch, which is meant to touch the object.
+
+    Where a ball or a capsule carries it, other shapes around it do not, and keep clear.
+    """
+    touching: set[str] = set()
     for frame in frames:
         centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
-        touching |= {s.name for s in shapes if s.joint == frame.joint_id and s.meets(centre, frame.radius)}
+        near = [shape for shape in shapes if shape.joint == frame.joint_id and shape.meets(centre, frame.radius)]
+        round_ones = [shape for shape in near if shape.geometry is None]
+        touching |= {shape.name for shape in round_ones or near}
     return frozenset(touching)
 
 

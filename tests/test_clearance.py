@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.benchmark_problems import OBJECTS as OBJECT_KINDS
 from grasp_planner.clearance_check import penetration
 from grasp_planner.clearance_terms import AbductionOrder, problem_constraints
 from grasp_planner.coal_distances import signed_distance
@@ -20,34 +21,42 @@ OBJECTS = (
     "cylinder:radius=0.03,height=0.1,caps=1",
     "box:x=0.05,y=0.05,z=0.12",
 )
-HANDS = {name: gp.load_hand(name) for name in ("dlr_hit_ii_right", "dlr_hit_ii_left")}
+MORE_OBJECTS = (
+    *OBJECTS,
+    "capsule:radius=0.03,height=0.06",
+    "ellipsoid:x=0.03,y=0.04,z=0.035",
+    OBJECT_KINDS["mesh-flange"](np.random.default_rng(0)).text,
+)
+HANDS = {name: gp.load_hand(name) for name in ("dlr_hit_ii_right", "dlr_hit_ii_left", "allegro_right", "tendon_hand")}
 TERMS = {"link_object", "self_collision", "ground", "tip_patch", "abduction_order"}
 
 
 def problem(text: str, hand: str = "dlr_hit_ii_right", contact_set: str = "sphere", **options) -> gp.GraspProblem:
     """Return a problem with all clearances, the ground included."""
     clearance = gp.ClearanceOptions(**{"ground": -0.05, **options})
+    n_synergies = min(3, HANDS[hand].synergies().n_synergies)
     return gp.GraspProblem(
-        HANDS[hand], gp.parse_object(text), n_synergies=3, contact_set=contact_set, clearance=clearance
+        HANDS[hand], gp.parse_object(text), n_synergies=n_synergies, contact_set=contact_set, clearance=clearance
     )
 
 
 def states(given: gp.GraspProblem, count: int, seed: int = 3):
     """Yield evaluators and points x around the object: fingers apart, close, and in each other."""
-    rng = np.random.default_rng(seed)
+    rng, n_q = np.random.default_rng(seed), given.hand.n_joints
+    closing = given.hand.lower > -0.5 * given.hand.upper
     for k in range(count):
         start = gp.random_start(given, rng)
         evaluator = StateEvaluator(given, start.palm_pose)
         x = evaluator.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
-        x[:21] += rng.normal(0.0, 0.05, 21) * np.r_[np.ones(15), 0.1 * np.ones(3), np.ones(3)]
-        x[1:15:3] += 0.4 * (k % 2)
+        x[: n_q + 6] += rng.normal(0.0, 0.05, n_q + 6) * np.r_[np.ones(n_q), 0.1 * np.ones(3), np.ones(3)]
+        x[:n_q][closing] += 0.2 * (k % 2)
         yield evaluator, x
 
 
 def differences(term, given, evaluator, x, step=1e-6):
     """Return central differences of a residual by posture and palm pose."""
     columns = []
-    for i in range(21):
+    for i in range(given.hand.n_joints + 6):
         e = np.zeros(x.size)
         e[i] = step
         ahead, behind = (term.residual(given, evaluator.evaluate(x + sign * e)) for sign in (1, -1))
@@ -56,18 +65,24 @@ def differences(term, given, evaluator, x, step=1e-6):
 
 
 def check_derivatives(given: gp.GraspProblem, count: int, names: set[str] = TERMS) -> None:
-    """Compare every clearance term with central differences; one row in fifty may sit on a switch."""
+    """Compare every clearance term with central differences; one row in fifty may sit on a switch.
+
+    Of boxes deep inside the object coal knows the normal to 1e-3 only, at times less well.
+    """
+    round_links = all(shape.geometry is None for shape in link_shapes(given.hand))
     terms = [term for term in problem_constraints(given) if term.name in names]
-    assert {term.name for term in terms} == names
-    rows = smooth = 0
+    unordered = {"abduction_order"} if not len(given.abduction_differences) else set()
+    assert {term.name for term in terms} == names - unordered
+    rows, smooth, size = 0, 0, given.hand.n_joints + 6
     for evaluator, x in states(given, count):
         state = evaluator.evaluate(x)
         for term in terms:
             jacobian = term.jacobian(given, state)
-            assert not jacobian[:, 21:].any()
-            error = np.abs(jacobian[:, :21] - differences(term, given, evaluator, x)).max(axis=1)
-            rows, smooth = rows + len(error), smooth + int((error < 2e-5).sum())
-    assert smooth >= 0.98 * rows
+            assert not jacobian[:, size:].any()
+            error = np.abs(jacobian[:, :size] - differences(term, given, evaluator, x)).max(axis=1)
+            by_depth = np.where(term.residual(given, state) < -1e-3, 5e-3, 2e-5)
+            rows, smooth = rows + len(error), smooth + int((error < (2e-5 if round_links else by_depth)).sum())
+    assert smooth >= (0.98 if round_links else 0.95) * rows
 
 
 @pytest.mark.parametrize("contact_set", ["sphere", "point"])
@@ -85,12 +100,19 @@ def test_derivatives_of_inner_contacts(text):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", ["geometry", "joint_centres"])
-@pytest.mark.parametrize("contact_set", ["sphere", "point"])
-@pytest.mark.parametrize("hand", sorted(HANDS))
-@pytest.mark.parametrize("text", OBJECTS)
+@pytest.mark.parametrize(
+    ("hand", "contact_set"),
+    [
+        (name, chosen)
+        for name, hand in HANDS.items()
+        for chosen in ("sphere", "point")
+        if chosen in hand.contact_set_names
+    ],
+)
+@pytest.mark.parametrize("text", MORE_OBJECTS)
 def test_derivatives_of_all(text, hand, contact_set, mode):
-    """The same for both hands, both forms of Remark 2 and more postures."""
-    check_derivatives(problem(text, hand, contact_set, link_object=mode), count=8)
+    """The same for all hands and kinds of objects, both forms of Remark 2 and more postures."""
+    check_derivatives(problem(text, hand, contact_set, link_object=mode), count=2)
 
 
 def test_segments_have_the_distance_coal_finds():
@@ -187,6 +209,9 @@ def test_shapes_of_the_hand():
         assert touching == {f"{f}_distal_0" for f in ("thumb", "index", "middle", "ring", "little")}
         for _, _, axis in tip_axes(hand, hand.contact_frames(name)):
             np.testing.assert_allclose(axis, [1.0, 0.0, 0.0], atol=1e-9)
+    allegro = HANDS["allegro_right"]  # boxes around balls: the ball touches, the box keeps clear
+    balls = contact_shapes(allegro, link_shapes(allegro), allegro.contact_frames("sphere"))
+    assert balls == {f"link_{k}.0_tip_0" for k in (3, 7, 11, 15)}
     pairs = {frozenset((shapes[i].link, shapes[j].link)) for i, j in shape_pairs(hand, shapes)}
     assert frozenset(("palm", "index_proximal")) not in pairs
     assert frozenset(("palm", "index_distal")) in pairs
