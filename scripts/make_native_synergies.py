@@ -1,13 +1,12 @@
 """Make the robot-native synergy set of a hand: PCA over fully actuated grasps planned on many objects.
 
-Usage: python scripts/make_native_synergies.py [--hand NAME] [--clear] [--grasps N] [--seed S] [--output FILE]
+Usage: python scripts/make_native_synergies.py [--hand NAME] [--grasps N] [--seed S] [--output FILE]
 """
 
 from __future__ import annotations
 
 import argparse
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from itertools import repeat
 from pathlib import Path
 
@@ -39,7 +38,7 @@ def random_object(rng: np.random.Generator) -> gp.GraspObject:
     return gp.Box(x=x, y=y, z=rng.uniform(0.08, 0.16), edge=0.01)
 
 
-def plan_one(hand_name: str, clear: bool, seed: int) -> list[float] | None:
+def plan_one(hand_name: str, seed: int) -> list[float] | None:
     """Return the posture of one planned grasp, or None if none was found."""
     rng = np.random.default_rng(seed)
     hand = gp.load_hand(hand_name)
@@ -50,19 +49,10 @@ def plan_one(hand_name: str, clear: bool, seed: int) -> list[float] | None:
         n_synergies=hand.n_joints,
         parameters=gp.GraspParameters(force_weight=FORCE_WEIGHT),
         synergy_space=fully_actuated(hand),
-        clearance=gp.ClearanceOptions() if clear else gp.ClearanceOptions.off(),
     )
-    if not clear:
-        start = gp.random_start(problem, rng)
-        grasp = gp.plan_grasp(problem, seed=seed, start=start, options=gp.PlannerOptions(starts=6, enough=1))
-        return grasp.joint_angles.tolist() if grasp.feasible else None
-    for _ in range(6):
-        # Always from the same posture: the search changes it no more than it has to, so that noise would stay in.
-        start = replace(gp.random_start(problem, rng), joint_angles=problem.synergies.mean)
-        grasp = gp.plan_grasp(problem, start=start, options=gp.PlannerOptions(starts=1, enough=1))
-        if grasp.feasible:
-            return grasp.joint_angles.tolist()
-    return None
+    start = gp.random_start(problem, rng)
+    grasp = gp.plan_grasp(problem, seed=seed, start=start, options=gp.PlannerOptions(starts=6, enough=1))
+    return grasp.joint_angles.tolist() if grasp.feasible else None
 
 
 def main() -> None:
@@ -71,26 +61,22 @@ def main() -> None:
     parser.add_argument("--hand", default=HAND, help="name of the hand, or its description file")
     parser.add_argument("--grasps", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--clear", action="store_true", help="keep links clear of the object and of each other")
     parser.add_argument("--workers", type=int, default=None)
     parser.add_argument("--output", type=Path, default=None, help="CSV file; beside the hand's description if left out")
     arguments = parser.parse_args()
     hand = gp.load_hand(arguments.hand)
-    name = "native_clear" if arguments.clear else "native"
-    output = arguments.output or hand.folder / "synergies" / f"{name}.csv"
+    output = arguments.output or hand.folder / "synergies" / "native.csv"
     seeds = range(arguments.seed, arguments.seed + arguments.grasps)
     with ProcessPoolExecutor(arguments.workers) as pool:
-        planned = pool.map(plan_one, repeat(arguments.hand), repeat(arguments.clear), seeds, chunksize=4)
+        planned = pool.map(plan_one, repeat(arguments.hand), seeds, chunksize=4)
         postures = [posture for posture in planned if posture is not None]
     provenance = [
         f"PCA over {len(postures)} fully actuated fingertip grasps of the {hand.description.title or hand.name} "
         "planned by this package",
-        *(["with Remarks 1 and 2, links clear of the object and of each other"] if arguments.clear else []),
         f"spheres r 25-45 mm, cylinders r 20-45 mm, boxes 40-70 mm; random force tasks; w_F/w_C = {FORCE_WEIGHT:g}",
-        f"made by scripts/make_native_synergies.py{' --clear' if arguments.clear else ''} "
-        f"--grasps {arguments.grasps} --seed {arguments.seed}; not human data",
+        f"made by scripts/make_native_synergies.py --grasps {arguments.grasps} --seed {arguments.seed}; not human data",
     ]
-    space = gp.synergies_from_postures(hand.joint_names, postures, name=name, provenance="\n".join(provenance))
+    space = gp.synergies_from_postures(hand.joint_names, postures, name="native", provenance="\n".join(provenance))
     gp.save_synergies(space, output)
     shares = ", ".join(f"{share:.3f}" for share in space.explained_variance()[:5])
     print(f"{len(postures)} of {arguments.grasps} grasps; cumulative variance {shares}; wrote {output}")

@@ -1,9 +1,9 @@
-"""Make a robot-native synergy set of a hand: principal components of grasps planned on many objects.
+"""Make a hand's synergy set ``native_clear``: principal components of grasps that keep clear and hold load cases.
 
 The grasps of the first stage are planned with every joint free. Further stages plan again with fewer and fewer
 synergies of the last stage's set, so that what every object needs gathers in the first components.
 
-Usage: python scripts/make_native_synergies.py [--hand NAME] [--clear] [--stages 15,10,8] [--grasps N] [--output FILE]
+Usage: python scripts/make_staged_synergies.py [--hand NAME] [--stages 10,8,6] [--grasps N] [--output FILE]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from itertools import repeat
 from pathlib import Path
 
 import numpy as np
+from make_native_synergies import fully_actuated
 
 import grasp_planner as gp
 from grasp_planner.benchmark_problems import BenchmarkCase
@@ -29,19 +30,10 @@ FIRST_SEED = 10000
 """Far from the seeds of the benchmark, so that no set is fitted to its problems."""
 
 
-def fully_actuated(hand: gp.Hand) -> gp.SynergySpace:
-    """Return a space in which every joint is a synergy, around a half-closed posture."""
-    mean = hand.lower + 0.35 * (hand.upper - hand.lower)
-    # Joints that open as far as they close, abductions, start in the middle.
-    sideways = np.isclose(hand.lower, -hand.upper)
-    mean[sideways] = 0.0
-    return gp.SynergySpace(hand.joint_names, mean, np.eye(hand.n_joints), name="fully actuated")
-
-
-def plan_one(hand: str, clear: bool, space: gp.SynergySpace, seed: int) -> tuple[str, np.ndarray | None]:
+def plan_one(hand: str, space: gp.SynergySpace, seed: int) -> tuple[str, np.ndarray | None]:
     """Return the kind of object and the reference posture of one planned grasp, None if none was found."""
     kind = KINDS[seed % len(KINDS)]
-    case = BenchmarkCase(seed, space.n_synergies, hand, object_kind=kind, clearance=clear, loads=clear)
+    case = BenchmarkCase(seed, space.n_synergies, hand, object_kind=kind, clearance=True, loads=True)
     problem = replace(case.problem(), synergy_space=space, parameters=gp.GraspParameters(force_weight=FORCE_WEIGHT))
     grasp = gp.plan_grasp(problem, seed=seed, options=gp.PlannerOptions(starts=STARTS, enough=1))
     return kind, grasp.reference_joint_angles if grasp.feasible else None
@@ -68,11 +60,11 @@ def refitted(space: gp.SynergySpace, references: np.ndarray, n_synergies: int) -
 
 
 def run_stage(
-    pool: ProcessPoolExecutor, hand: str, clear: bool, space: gp.SynergySpace, n_synergies: int, grasps: int
+    pool: ProcessPoolExecutor, hand: str, space: gp.SynergySpace, n_synergies: int, grasps: int
 ) -> gp.SynergySpace:
     """Plan grasps with the first synergies of a full set and return the set refitted to them."""
     seeds = range(FIRST_SEED, FIRST_SEED + grasps)
-    planned = list(pool.map(plan_one, repeat(hand), repeat(clear), repeat(space.truncated(n_synergies)), seeds))
+    planned = list(pool.map(plan_one, repeat(hand), repeat(space.truncated(n_synergies)), seeds))
     counts = {kind: [found is not None for each, found in planned if each == kind] for kind in sorted(set(KINDS))}
     print(f"n_s = {n_synergies}: " + ", ".join(f"{kind} {sum(c)}/{len(c)}" for kind, c in counts.items()), flush=True)
     references = [found for _, found in planned if found is not None]
@@ -87,28 +79,26 @@ def main() -> None:
     parser.add_argument("--hand", default=HAND, help="name of the hand, or its description file")
     parser.add_argument("--grasps", type=int, default=72, help="objects, the same in every stage")
     parser.add_argument("--stages", default="", help="numbers of synergies of the further stages, such as 10,8,6")
-    parser.add_argument("--clear", action="store_true", help="links keep clear, and the standard load cases are held")
     parser.add_argument("--workers", type=int, default=None)
     parser.add_argument("--output", type=Path, default=None, help="CSV file; beside the hand's description if left out")
     arguments = parser.parse_args()
     hand = gp.load_hand(arguments.hand)
-    name = "native_clear" if arguments.clear else "native"
-    output = arguments.output or hand.folder / "synergies" / f"{name}.csv"
+    output = arguments.output or hand.folder / "synergies" / "native_clear.csv"
     stages = [hand.n_joints, *(int(each) for each in arguments.stages.split(",") if each)]
     space = fully_actuated(hand)
+    kinds = ", ".join(sorted(set(KINDS)))
+    provenance = [
+        f"PCA over reference postures of fingertip grasps of the {hand.description.title or hand.name} planned by this "
+        "package, links clear of the object and of each other, standard load cases",
+        f"{arguments.grasps} random objects, planned again and again with {', '.join(map(str, stages))} synergies",
+        f"objects: {kinds} as in the benchmark, of other seeds; random force tasks; w_F/w_C = {FORCE_WEIGHT:g}",
+        f"made by scripts/make_staged_synergies.py --hand {arguments.hand} --grasps {arguments.grasps} "
+        f"--stages {arguments.stages}; not human data",
+    ]
     with ProcessPoolExecutor(arguments.workers) as pool:
         for n_synergies in stages:
-            space = run_stage(pool, arguments.hand, arguments.clear, space, n_synergies, arguments.grasps)
-    title = hand.description.title or hand.name
-    options = f"--hand {arguments.hand}{' --clear' * arguments.clear} --grasps {arguments.grasps}"
-    provenance = [
-        f"PCA over reference postures of fingertip grasps of the {title} planned by this package",
-        f"{arguments.grasps} random objects, again and again with {', '.join(map(str, stages))} synergies",
-        *["links clear of the object and of each other, standard load cases"] * arguments.clear,
-        f"objects: {', '.join(sorted(set(KINDS)))} as in the benchmark, of other seeds; w_F/w_C = {FORCE_WEIGHT:g}",
-        f"made by scripts/make_native_synergies.py {options} --stages {arguments.stages}; not human data",
-    ]
-    gp.save_synergies(replace(space, name=name, provenance="\n".join(provenance)), output)
+            space = run_stage(pool, arguments.hand, space, n_synergies, arguments.grasps)
+            gp.save_synergies(replace(space, name="native_clear", provenance="\n".join(provenance)), output)
     print(f"wrote {output}")
 
 
