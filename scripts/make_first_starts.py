@@ -1,6 +1,6 @@
 """Write the grasps that the viewer may open with, best first: grasp_planner/viewer/first_starts.json.
 
-Usage: python scripts/make_first_starts.py [synergies ...]      (3 15 by default)
+Usage: python scripts/make_first_starts.py [synergies ...]      (5 15 by default)
 
 The viewer opens with the first of them that is feasible.
 """
@@ -32,7 +32,7 @@ TARGET = Path(grasp_planner.__file__).parent / "viewer" / "first_starts.json"
 def main() -> None:
     """Plan a grasp for every number of synergies and keep the feasible ones."""
     entries = []
-    for n_synergies in [int(text) for text in sys.argv[1:]] or [3, 15]:
+    for n_synergies in [int(text) for text in sys.argv[1:]] or [5, 15]:
         problem = GraspProblem(
             load_hand(),
             Cylinder(),
