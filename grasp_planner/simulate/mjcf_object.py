@@ -1,10 +1,13 @@
-"""An object as MJCF: exact primitives, unions of primitives for rounded boxes, convex pieces for meshes."""
+"""An object as MJCF: exact primitives, unions of primitives for rounded boxes, convex pieces for meshes.
+
+A cylinder is there twice: fingertips touch its exact side, links a hull with the rounded rims they keep clear of.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,6 +15,9 @@ from ..exceptions import InvalidValueError
 from ..objects import Box, Capsule, Cylinder, EllipsoidObject, GraspObject, Sphere
 from ..spatial import Array
 from .xml_text import Element, add
+
+RIM_POINTS, RIM_SECTIONS = 7, 96
+"""Points of a rounded rim: across its quarter circle, and around the cylinder."""
 
 
 @dataclass(frozen=True)
@@ -23,12 +29,14 @@ class ObjectSolid:
         size: MuJoCo's sizes [m].
         fromto: Ends of its axis [m], for capsules of a box's edges.
         vertices: Corners whose convex hull it is [m], of shape (n, 3), for ``mesh``.
+        touched_by: What of the hand collides with it: the fingertips (``tips``), the other ``links``, or ``all``.
     """
 
     kind: str
     size: tuple[float, ...] = ()
     fromto: tuple[float, ...] = ()
     vertices: Array | None = None
+    touched_by: Literal["tips", "links", "all"] = "all"
 
 
 def object_solids(grasp_object: GraspObject) -> tuple[tuple[ObjectSolid, ...], str]:
@@ -46,8 +54,8 @@ def object_solids(grasp_object: GraspObject) -> tuple[tuple[ObjectSolid, ...], s
     if isinstance(grasp_object, Sphere):
         return (ObjectSolid("sphere", (grasp_object.radius,)),), "exact sphere"
     if isinstance(grasp_object, Cylinder):
-        note = "exact cylinder; its rims are sharp" if grasp_object.caps else "exact cylinder"
-        return (ObjectSolid("cylinder", (grasp_object.radius, grasp_object.height / 2)),), note
+        note = "exact cylinder; its rims are sharp for fingertips" if grasp_object.caps else "exact cylinder"
+        return _cylinder(grasp_object), note
     if isinstance(grasp_object, Capsule):
         return (ObjectSolid("capsule", (grasp_object.radius, grasp_object.height / 2)),), "exact capsule"
     if isinstance(grasp_object, EllipsoidObject):
@@ -84,6 +92,20 @@ def add_object(world: Element, grasp_object: GraspObject, mass: float, solids: t
         names.append(f"object_{number}")
         add(body, "geom", name=names[-1], type=solid.kind, **attributes)
     return names
+
+
+def _cylinder(cylinder: Cylinder) -> tuple[ObjectSolid, ...]:
+    """Return the exact cylinder for fingertips and a hull with rounded rims for the other links."""
+    size = (cylinder.radius, cylinder.height / 2)
+    if cylinder.edge == 0.0:
+        return (ObjectSolid("cylinder", size),)
+    bend = np.linspace(0.0, np.pi / 2, RIM_POINTS)
+    around = np.arange(RIM_SECTIONS) * 2.0 * np.pi / RIM_SECTIONS
+    radii = cylinder.radius - cylinder.edge * (1.0 - np.cos(bend))
+    heights = cylinder.height / 2 - cylinder.edge * (1.0 - np.sin(bend))
+    ring = np.array([(np.cos(a) * r, np.sin(a) * r, h) for a in around for r, h in zip(radii, heights, strict=True)])
+    hull = np.vstack([ring, ring * [1.0, 1.0, -1.0]])
+    return ObjectSolid("cylinder", size, touched_by="tips"), ObjectSolid("mesh", vertices=hull, touched_by="links")
 
 
 def _rounded_box(box: Box) -> tuple[ObjectSolid, ...]:

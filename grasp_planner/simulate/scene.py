@@ -6,6 +6,7 @@ The world frame is the object frame O of the plan. The hand's own weight is comp
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from xml.etree import ElementTree
 
 import numpy as np
@@ -29,7 +30,7 @@ class Scene:
     Attributes:
         xml: MJCF text; it needs no other file.
         tip_names: Names of the fingertips' geometries, in the order of the contacts.
-        object_names: Names of the object's geometries.
+        object_names: Names of the object's geometries that fingertips touch.
         mass: Mass of the object [kg].
         friction: Coefficient of friction.
         notes: What is not exactly as planned, one sentence each.
@@ -69,14 +70,19 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
     assets = add(root, "asset")
     world = add(root, "worldbody")
     object_names = add_object(world, problem.grasp_object, mass, pieces)
+    for_tips, for_links = (
+        [name for name, piece in zip(object_names, pieces, strict=True) if piece.touched_by in (who, "all")]
+        for who in ("tips", "links")
+    )
     bodies = add_hand(world, problem, grasp.palm_pose * hand.palm_in_root.inverse(), solids)
     for tip in tips:
         add(bodies[tip.joint], "geom", name=f"tip_{tip.name}", type="sphere", pos=tip.centre, size=[tip.radius])
     _add_meshes(assets, solids, pieces)
     names = [f"solid_{number}_{shape.name}" for number, shape in enumerate(solids)]
     contact = add(root, "contact")
-    _add_object_pairs(contact, grasp, tips, dict(zip(names, solids, strict=True)), object_names, protocol, friction)
-    _add_hand_pairs(contact, grasp, tips, dict(zip(names, solids, strict=True)), protocol, friction)
+    by_name = dict(zip(names, solids, strict=True))
+    _add_object_pairs(contact, tips, by_name, (for_tips, for_links), protocol, friction)
+    _add_hand_pairs(contact, grasp, tips, by_name, protocol, friction)
     add_motors(root, problem)
     equality = root.find("equality")
     assert equality is not None
@@ -91,7 +97,7 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
         notes.append(f"the synergies can't give these forces exactly: joints off by up to {off:.2g} rad")
     xml = ElementTree.tostring(root, encoding="unicode")
     tip_names = tuple(f"tip_{tip.name}" for tip in tips)
-    return Scene(xml, tip_names, tuple(object_names), mass, friction, tuple(notes))
+    return Scene(xml, tip_names, tuple(for_tips), mass, friction, tuple(notes))
 
 
 def _add_options(root: Element, protocol: Protocol, gravity: np.ndarray) -> None:
@@ -144,19 +150,18 @@ def _add_pair(contact: Element, first: str, second: str, protocol: Protocol, fri
 
 def _add_object_pairs(
     contact: Element,
-    grasp: Grasp,
     tips: tuple[Tip, ...],
     solids: dict[str, LinkShape],
-    object_names: list[str],
+    object_names: tuple[list[str], list[str]],
     protocol: Protocol,
     friction: float,
 ) -> None:
     """Add the pairs of the hand and the object; links around point fingertips do not touch it."""
     exempt = {tip.joint for tip in tips if tip.is_point}
-    mine = [f"tip_{tip.name}" for tip in tips]
-    mine += [name for name, shape in solids.items() if shape.joint not in exempt]
-    for name in mine:
-        for other in object_names:
+    touching = [f"tip_{tip.name}" for tip in tips]
+    links = [name for name, shape in solids.items() if shape.joint not in exempt]
+    for names, others in zip((touching, links), object_names, strict=True):
+        for name, other in product(names, others):
             _add_pair(contact, name, other, protocol, friction)
 
 

@@ -102,10 +102,28 @@ def test_links_around_point_fingertips_do_not_touch_the_object(planned):
         {model.geom(int(first)).name, model.geom(int(second)).name}
         for first, second in zip(model.pair_geom1, model.pair_geom2, strict=True)
     ]
-    with_object = set.union(*(pair for pair in pairs if "object_0" in pair))
+    with_object = set.union(*(pair for pair in pairs if pair & {"object_0", "object_1"}))
     assert not [name for name in with_object if "distal" in name]
     assert [name for name in with_object if "medial" in name]
     assert "tip_thumb" in with_object
+
+
+def test_links_meet_a_cylinder_with_the_rounded_rims_they_keep_clear_of(planned):
+    model = World(planned, PLAN).model
+    pairs = [
+        {model.geom(int(first)).name, model.geom(int(second)).name}
+        for first, second in zip(model.pair_geom1, model.pair_geom2, strict=True)
+    ]
+    tips = {"object_0", *World(planned, PLAN).scene.tip_names}
+    assert set.union(*(pair for pair in pairs if "object_0" in pair)) == tips
+    assert not set.union(*(pair for pair in pairs if "object_1" in pair)) & tips
+    cylinder = planned.problem.grasp_object
+    (side, hull), _ = object_solids(cylinder)
+    assert side.kind == "cylinder" and side.touched_by == "tips" and hull.touched_by == "links"
+    distances = cylinder.solid.sample(hull.vertices).distance
+    np.testing.assert_allclose(distances, 0.0, atol=1e-12)  # every corner lies on the solid that is kept clear of
+    assert np.abs(hull.vertices[:, 2]).max() == pytest.approx(cylinder.height / 2)
+    assert np.linalg.norm(hull.vertices[:, :2], axis=1).max() == pytest.approx(cylinder.radius)
 
 
 OBJECTS = [
@@ -123,6 +141,7 @@ def test_the_simulated_object_has_the_planned_surface(grasp_object, rng):
     root = ElementTree.Element("mujoco")
     world = add(root, "worldbody")
     solids, note = object_solids(grasp_object)
+    solids = tuple(solid for solid in solids if solid.touched_by != "links")
     names = add_object(world, grasp_object, 0.2, solids)
     body = add(world, "body", name="probe")
     add(body, "freejoint", name="free")
