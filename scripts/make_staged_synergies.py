@@ -61,8 +61,8 @@ def refitted(space: gp.SynergySpace, references: np.ndarray, n_synergies: int) -
 
 def run_stage(
     pool: ProcessPoolExecutor, hand: str, space: gp.SynergySpace, n_synergies: int, grasps: int
-) -> gp.SynergySpace:
-    """Plan grasps with the first synergies of a full set and return the set refitted to them."""
+) -> np.ndarray:
+    """Plan grasps with the first synergies of a full set and return their reference postures, of shape (n, n_q)."""
     seeds = range(FIRST_SEED, FIRST_SEED + grasps)
     planned = list(pool.map(plan_one, repeat(hand), repeat(space.truncated(n_synergies)), seeds))
     counts = {kind: [found is not None for each, found in planned if each == kind] for kind in sorted(set(KINDS))}
@@ -70,7 +70,7 @@ def run_stage(
     references = [found for _, found in planned if found is not None]
     if len(references) <= n_synergies:
         raise SystemExit(f"only {len(references)} grasps found with {n_synergies} synergies: too few to go on")
-    return refitted(space, np.array(references), n_synergies)
+    return np.array(references)
 
 
 def main() -> None:
@@ -85,11 +85,12 @@ def main() -> None:
     hand = gp.load_hand(arguments.hand)
     output = arguments.output or hand.folder / "synergies" / "native_clear.csv"
     stages = [hand.n_joints, *(int(each) for each in arguments.stages.split(",") if each)]
-    space = fully_actuated(hand)
+    space, free = fully_actuated(hand), None
     kinds = ", ".join(sorted(set(KINDS)))
     provenance = [
         f"PCA over reference postures of fingertip grasps of the {hand.description.title or hand.name} planned by this "
         "package, links clear of the object and of each other, standard load cases",
+        "variances: of the first stage's postures along the synergies",
         f"{arguments.grasps} random objects, planned again and again with {', '.join(map(str, stages))} synergies",
         f"objects: {kinds} as in the benchmark, of other seeds; random force tasks; w_F/w_C = {FORCE_WEIGHT:g}",
         f"made by scripts/make_staged_synergies.py --hand {arguments.hand} --grasps {arguments.grasps} "
@@ -97,8 +98,12 @@ def main() -> None:
     ]
     with ProcessPoolExecutor(arguments.workers) as pool:
         for n_synergies in stages:
-            space = run_stage(pool, arguments.hand, space, n_synergies, arguments.grasps)
-            gp.save_synergies(replace(space, name="native_clear", provenance="\n".join(provenance)), output)
+            references = run_stage(pool, arguments.hand, space, n_synergies, arguments.grasps)
+            free = references if free is None else free
+            space = refitted(space, references, n_synergies)
+            variance = np.var(free @ space.basis, axis=0, ddof=1)
+            named = replace(space, name="native_clear", provenance="\n".join(provenance), variance=variance)
+            gp.save_synergies(named, output)
     print(f"wrote {output}")
 
 
