@@ -110,6 +110,7 @@ def test_power_grasp_with_clear_links(hand, text):
         hand,
         gp.parse_object(text),
         n_synergies=15,
+        synergy_set="santello_clear",
         contact_set="links",
         contacts=POWER,
         clearance=gp.ClearanceOptions(),

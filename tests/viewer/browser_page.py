@@ -77,6 +77,10 @@ class Page:
 
     def hover(self, place):
         """Put the mouse somewhere and let the page notice what lies under it."""
+        # The browser's notes, such as that on software rendering, lie over the scene for a while.
+        self.page.evaluate(
+            "document.querySelectorAll(\"[class*='Notification']\").forEach(n => { n.style.pointerEvents = 'none'; })"
+        )
         mouse = self.page.mouse
         mouse.move(place[0] - 3.0, place[1])
         self.page.wait_for_timeout(200)

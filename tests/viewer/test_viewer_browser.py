@@ -17,16 +17,16 @@ pytestmark = pytest.mark.slow
 def test_the_page_opens_with_a_grasp_and_its_sliders_move_the_hand(page, viewer):
     page.page.locator("[data-verdict=FEASIBLE]").wait_for()
     page.tab("Synergies")
-    joint = "/hand/joint_1/joint_2"
+    joint = "/hand/joint_1/joint_2/joint_3"
     before = page.page.evaluate(TURN, joint)
-    page.row("σ1").fill("0.9")
+    page.row("σ1").fill("-0.6")
     page.page.wait_for_function(
         "([name, before]) => window.__viserMutable.nodeRefFromName[name].quaternion.toArray()"
         ".some((value, i) => Math.abs(value - before[i]) > 0.01)",
         arg=[joint, before],
     )
     page.page.locator("[data-verdict='NOT FEASIBLE']").wait_for()
-    assert viewer.session.live.sigma[0] == 0.9
+    assert viewer.session.live.sigma[0] == -0.6
 
 
 def test_plan_shows_progress_and_a_result_and_can_be_cancelled(page, viewer, easy_problem):
