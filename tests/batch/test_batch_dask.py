@@ -30,11 +30,20 @@ class Cluster:
             "dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show"
         )
         self.workers = []
-        until = time.monotonic() + 60.0
-        while not self.file.exists():
-            assert time.monotonic() < until
+        try:
+            self.address = self._announced_address(limit_s=60.0)
+        except BaseException:
+            self.close()
+            raise
+
+    def _announced_address(self, limit_s):
+        until = time.monotonic() + limit_s
+        while time.monotonic() < until:
+            # The file exists, empty, a moment before the scheduler has written it.
+            with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
+                return json.loads(self.file.read_text())["address"]
             time.sleep(0.05)
-        self.address = json.loads(self.file.read_text())["address"]
+        raise TimeoutError(f"no scheduler after {limit_s:g} s")
 
     def add_worker(self, *options):
         """Start a worker with one thread."""

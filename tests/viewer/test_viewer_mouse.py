@@ -105,10 +105,9 @@ def test_a_slider_follows_the_mouse(page, viewer):
     y = track["y"] + track["height"] / 2.0
     page.drag((track["x"] + 0.4 * track["width"], y), (track["x"] + 0.75 * track["width"], y))
     until(lambda: abs(slider.value - 1.0) < 0.1)
-    viewer.worker.drain()
-    assert viewer.session.live.sigma[0] == slider.value
-    marks = page.page.locator(f'[id="{name}"] .mantine-Slider-markLabel').all_inner_texts()
-    assert marks == [mark.label for mark in slider._marks if mark.label is not None]
+    until(lambda: viewer.session.live.sigma[0] == slider.value)
+    labels = page.page.locator(f'[id="{name}"] .mantine-Slider-markLabel')
+    until(lambda: labels.all_inner_texts() == [mark.label for mark in slider._marks if mark.label is not None])
 
 
 @pytest.fixture(scope="module")
