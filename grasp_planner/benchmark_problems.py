@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -66,6 +66,19 @@ OBJECTS: dict[str, Callable[[np.random.Generator], GraspObject]] = {
 }
 """Random objects by kind: cylinders of 20–45 mm radius, spheres of 25–45 mm, boxes of 40–80 mm edges, capsules of
 20–40 mm radius, ellipsoids of 25–45 mm half axes, and three meshes of random scale."""
+
+
+def object_kinds(names: Sequence[str]) -> tuple[str, ...]:
+    """Return kinds of objects by name; ``all`` alone stands for all of them.
+
+    Raises:
+        NameNotFoundError: If there is no such kind.
+    """
+    kinds = tuple(OBJECTS) if tuple(names) == ("all",) else tuple(names)
+    for kind in kinds:
+        if kind not in OBJECTS:
+            raise NameNotFoundError("kind of object", kind, (*OBJECTS, "all"))
+    return kinds
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ Nothing here is shared with the search's own form in :mod:`grasp_planner.clearan
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -94,17 +95,13 @@ def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) ->
 
 def least_distance(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Clearance | None:
     """Return the closest pair of a kind that is not exempt; None if there is none."""
-    return min(
-        (pair for pair in clearances if pair.kind == kind and not pair.exempt),
-        key=lambda pair: pair.distance,
-        default=None,
-    )
+    return min(_counted(clearances, kind), key=lambda pair: pair.distance, default=None)
 
 
 def penetration(clearances: tuple[Clearance, ...], kind: ClearanceKind, tolerant: bool = False) -> float:
     """Return the deepest overlap of a kind [m], beyond what is tolerated if so asked; 0 if there is none."""
-    pairs = (pair for pair in clearances if pair.kind == kind and not pair.exempt)
-    return max((max(0.0, -pair.distance - tolerant * pair.tolerated) for pair in pairs), default=0.0)
+    overlaps = (-pair.distance - tolerant * pair.tolerated for pair in _counted(clearances, kind))
+    return max(0.0, max(overlaps, default=0.0))
 
 
 def joint_centre_depth(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> float:
@@ -142,6 +139,11 @@ def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, norma
         if length > 1e-6:
             worst = max(worst, -float(normal @ (turn @ axis)) / length)
     return worst
+
+
+def _counted(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Iterator[Clearance]:
+    """Yield the pairs of a kind that are not meant to overlap."""
+    return (pair for pair in clearances if pair.kind == kind and not pair.exempt)
 
 
 def _placements(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> list[Any]:

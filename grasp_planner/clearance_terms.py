@@ -15,24 +15,32 @@ from .state import GraspState
 from .terms import MODEL_CONSTRAINTS, Constraint
 
 
-class _Clearance(Constraint):
-    """Clearances that keep the margin of the problem."""
-
-    unit, equality, scale = "m", False, 100.0
+class _Selected(Constraint):
+    """A part of the clearance state."""
 
     @abstractmethod
     def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
-        """Return clearances and their derivatives by (q, w)."""
+        """Return values and their derivatives by (q, w)."""
 
     def residual(self, problem: GraspProblem, state: GraspState) -> Array:
-        """Return clearances less the margin."""
+        """Return the values."""
         assert state.clearance is not None
-        return self._select(state.clearance)[0] - problem.clearance.margin
+        return self._select(state.clearance)[0]
 
     def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
         """Return their derivatives."""
         assert state.clearance is not None
         return _padded(self._select(state.clearance)[1], state.x.size)
+
+
+class _Clearance(_Selected):
+    """Clearances that keep the margin of the problem."""
+
+    unit, equality, scale = "m", False, 100.0
+
+    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return clearances less the margin."""
+        return super().residual(problem, state) - problem.clearance.margin
 
 
 class LinkObjectClearance(_Clearance):
@@ -62,36 +70,22 @@ class GroundClearance(_Clearance):
         return clearance.ground, clearance.d_ground
 
 
-class TipPatch(Constraint):
+class TipPatch(_Selected):
     """Fingers touch with the ends of their tips only: n·a ≥ 0."""
 
     name, unit, equality, scale = "tip_patch", "1", False, 1.0
 
-    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
-        """Return n·a of every touching last link."""
-        assert state.clearance is not None
-        return state.clearance.tip_patch
-
-    def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
-        """Return its derivatives."""
-        assert state.clearance is not None
-        return _padded(state.clearance.d_tip_patch, state.x.size)
+    def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
+        return clearance.tip_patch, clearance.d_tip_patch
 
 
-class Tangency(Constraint):
+class Tangency(_Selected):
     """Inner links touch with their sides: n·a = 0, which keeps their capsules outside a convex object."""
 
     name, unit, equality, scale = "tangency", "1", True, 1.0
 
-    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
-        """Return n·a of every touching inner link."""
-        assert state.clearance is not None
-        return state.clearance.tangency
-
-    def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
-        """Return its derivatives."""
-        assert state.clearance is not None
-        return _padded(state.clearance.d_tangency, state.x.size)
+    def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
+        return clearance.tangency, clearance.d_tangency
 
 
 class AbductionOrder(Constraint):

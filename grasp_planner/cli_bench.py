@@ -16,7 +16,7 @@ from rich.table import Table
 
 from .cli_options import parse_counts, parse_names
 from .cli_output import check_writable
-from .exceptions import InvalidValueError, NameNotFoundError
+from .exceptions import InvalidValueError
 from .spatial import positive_whole
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def bench(
     200 g with a random force direction. Lists are separated by commas; every combination is run.
     """
     from . import benchmark
-    from .benchmark_problems import OBJECTS, BenchmarkCase
+    from .benchmark_problems import BenchmarkCase, object_kinds
 
     for name, value in (("problems", problems), ("workers", workers), ("enough", enough)):
         positive_whole(name, value)
@@ -68,10 +68,7 @@ def bench(
         raise InvalidValueError("cpu-limit", cpu_limit, "a number > 0 [s]")
     check_writable(json_file)
     counts = parse_counts("synergies", synergies)
-    kinds = tuple(OBJECTS) if objects == "all" else parse_names(objects)
-    for kind in kinds:
-        if kind not in OBJECTS:
-            raise NameNotFoundError("kind of object", kind, (*OBJECTS, "all"))
+    kinds = object_kinds(parse_names(objects))
     groups: list[Group] = list(itertools.product(parse_names(synergy_sets), kinds, counts))
     links = clearance == "links"
 

@@ -56,7 +56,7 @@ def reproduce(
     console = Console()
     loaded = load_hand(hand)
     if synergy_set is None and clearance == "links":
-        synergy_set = loaded.description.synergies.with_clearance
+        synergy_set = loaded.description.synergies.default_for(True)
     elif synergy_set is None and "native" in loaded.synergy_set_names:
         synergy_set = "native"
     name = loaded.synergies(synergy_set).name

@@ -29,7 +29,8 @@ class ContactFrame:
         radius: Fingertip radius [m].
         frame_id: Index of the frame in the Pinocchio model.
         joint_id: Index of the joint that carries it.
-        offset: The fingertip (radius 0) or the centre of its sphere, in the frame [m].
+        centre: The fingertip (radius 0) or the centre of its sphere, in the frame of the joint [m].
+        offset: The same in the frame [m].
     """
 
     name: str
@@ -38,6 +39,7 @@ class ContactFrame:
     radius: float
     frame_id: int
     joint_id: int
+    centre: tuple[float, float, float]
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
@@ -278,7 +280,8 @@ def _contact_frame(model: Any, name: str, described: ContactDescription) -> Cont
         raise NameNotFoundError("frame", frame, (f.name for f in model.frames if f.name != "universe"))
     entry = model.frames[frame_id]
     link = _carrying_link(model, entry)
-    return ContactFrame(name, frame, link, described.radius, frame_id, entry.parentJoint, described.offset)
+    x, y, z = entry.placement.act(np.array(described.offset)).tolist()
+    return ContactFrame(name, frame, link, described.radius, frame_id, entry.parentJoint, (x, y, z), described.offset)
 
 
 def _frame_id(model: Any, name: str) -> int | None:

@@ -89,6 +89,10 @@ class SynergyFiles(_Strict):
     """The default where links have to keep clear of the object and of each other."""
     sets: dict[str, str] = Field(default_factory=dict)
 
+    def default_for(self, clearance: bool) -> str | None:
+        """Return the default set, where links have to keep clear or not; None if there is none."""
+        return (self.with_clearance if clearance else None) or self.default
+
 
 class CollisionDescription(_Strict):
     """Which links are never checked against each other."""

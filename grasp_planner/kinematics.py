@@ -58,11 +58,7 @@ class HandKinematics:
         index = np.arange(hand.model.nv)
         self._before = (index[:, None] <= index[None, :]).astype(float)[:, None, None, :]
         self._strictly_before = (index[:, None] < index[None, :]).astype(float)[:, None, None, :]
-        placements = [hand.model.frames[frame.frame_id].placement for frame in self.frames]
-        points = [
-            placement.act(np.array(frame.offset)) for frame, placement in zip(self.frames, placements, strict=True)
-        ]
-        self._mounts = np.array([[*point, 1.0] for point in points])[:, :, None]
+        self._mounts = np.array([[*frame.centre, 1.0] for frame in self.frames])[:, :, None]
         self._joints = np.array([frame.joint_id for frame in self.frames], dtype=int)
         palm = hand.palm_in_root.inverse()
         self._palm_rotation = np.array(palm.rotation)

@@ -117,7 +117,7 @@ def contact_shapes(hand: Hand, shapes: Iterable[LinkShape], frames: Iterable[Con
     """
     touching: set[str] = set()
     for frame in frames:
-        centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
+        centre = np.array(frame.centre)
         near = [shape for shape in shapes if shape.joint == frame.joint_id and shape.meets(centre, frame.radius)]
         round_ones = [shape for shape in near if shape.geometry is None]
         touching |= {shape.name for shape in round_ones or near}
@@ -138,7 +138,7 @@ def tip_axes(hand: Hand, frames: Iterable[ContactFrame]) -> tuple[tuple[int, int
     inner = set(hand.model.parents.tolist()[1:])
     axes = []
     for index, frame in enumerate(frames):
-        centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
+        centre = np.array(frame.centre)
         length = float(np.linalg.norm(centre))
         if frame.joint_id not in inner and length > 1e-6:
             axes.append((index, frame.joint_id, centre / length))
@@ -161,7 +161,7 @@ def inner_axes(
     inner, solids = set(hand.model.parents.tolist()[1:]), tuple(shapes)
     axes = []
     for index, frame in enumerate(frames):
-        centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
+        centre = np.array(frame.centre)
         around = (s for s in solids if s.joint == frame.joint_id and s.holds(centre, frame.radius - 1e-6))
         shape = next(around, None) if frame.joint_id in inner and frame.radius > 0.0 else None
         if shape is not None and not np.array_equal(shape.start, shape.end):

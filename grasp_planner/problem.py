@@ -14,7 +14,7 @@ from .clearance_options import ClearanceOptions
 from .exceptions import InvalidValueError, NameNotFoundError
 from .hand import ContactFrame, Hand
 from .load_cases import LoadCases
-from .objects import GraspObject, MeshObject
+from .objects import GraspObject
 from .size_check import ObjectSizeWarning, size_warning
 from .spatial import Array, finite_array, positive, readonly
 from .synergies import SynergySpace
@@ -126,8 +126,7 @@ class GraspProblem:
             raise InvalidValueError(
                 "min_normal_force", self.loads.min_normal_force, f"less than the largest, {self.max_normal_force:g} N"
             )
-        known = isinstance(self.grasp_object, MeshObject) and self.grasp_object.size_doubted  # it has warned itself
-        if not known and (message := size_warning(self.hand, self.frames, self.grasp_object)):
+        if not self.grasp_object.size_doubted and (message := size_warning(self.hand, self.frames, self.grasp_object)):
             warnings.warn(message, ObjectSizeWarning, stacklevel=3)
         # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
         _ = self.synergies, self.joint_compliance
@@ -159,9 +158,7 @@ class GraspProblem:
     @property
     def synergy_set_name(self) -> str | None:
         """Name of the synergy set in use; None for a hand without sets."""
-        files = self.hand.description.synergies
-        by_default = (files.with_clearance if self.clearance.needs_geometry else None) or files.default
-        return self.synergy_set or by_default
+        return self.synergy_set or self.hand.description.synergies.default_for(self.clearance.needs_geometry)
 
     @cached_property
     def synergies(self) -> SynergySpace:

@@ -12,8 +12,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from .benchmark_problems import OBJECTS, BenchmarkCase
-from .exceptions import FileFormatError, InvalidValueError, NameNotFoundError
+from .benchmark_problems import BenchmarkCase, object_kinds
+from .exceptions import FileFormatError, InvalidValueError
 from .hand import load_hand
 from .load_cases import LoadCases
 from .planner import PlannerOptions, plan_grasp
@@ -71,9 +71,7 @@ class StudySettings:
             for count in self.counts:
                 if not 1 <= count <= available:
                     raise InvalidValueError("counts", count, f"from 1 to {available} for synergy set {name}")
-        for kind in self.object_kinds:
-            if kind not in OBJECTS:
-                raise NameNotFoundError("kind of object", kind, (*OBJECTS, "all"))
+        object.__setattr__(self, "object_kinds", object_kinds(self.object_kinds))
         for name, given in (
             ("sets", self.synergy_sets),
             ("objects", self.object_kinds),

@@ -109,10 +109,6 @@ def read_urdf(path: Path) -> UrdfFile:
             collision_model = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION, folders)
     except Exception as error:
         raise FileFormatError(path, f"Pinocchio can't build it: {str(error).splitlines()[0]}") from None
-    for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
-        kind = joint.shortname().removeprefix("JointModel")
-        if joint.nq != 1 or joint.nv != 1 or not kind.startswith("R"):
-            raise FileFormatError(path, f"joint {name!r} is {kind}, only revolute joints with limits are supported")
     return UrdfFile(path, model, collision_model, mimics)
 
 
@@ -141,22 +137,16 @@ def _parse(path: Path, text: str) -> Any:
 
 
 def _mimics(path: Path, robot: Any) -> dict[str, MimicJoint]:
-    """Return the mimic joints, checked to follow a joint that exists and is free."""
-    joints = {joint.name: joint for joint in robot.joints}
+    """Return the mimic joints; that they follow a free joint has been checked."""
     mimics: dict[str, MimicJoint] = {}
     for joint in robot.joints:
         if joint.mimic is None:
             continue
-        source = joints.get(joint.mimic.joint)
-        if source is None:
-            raise FileFormatError(path, f"joint {joint.name!r} mimics {joint.mimic.joint!r}, which does not exist")
-        if source.mimic is not None:
-            raise FileFormatError(path, f"joint {joint.name!r} mimics {source.name!r}, which is a mimic joint itself")
         multiplier = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
         offset = 0.0 if joint.mimic.offset is None else float(joint.mimic.offset)
         if not (np.isfinite(multiplier) and np.isfinite(offset)) or multiplier == 0.0:
             raise FileFormatError(
                 path, f"joint {joint.name!r}: mimic multiplier and offset have to be finite and not 0"
             )
-        mimics[joint.name] = MimicJoint(source.name, multiplier, offset)
+        mimics[joint.name] = MimicJoint(joint.mimic.joint, multiplier, offset)
     return mimics

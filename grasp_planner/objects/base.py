@@ -52,6 +52,11 @@ class GraspObject(ABC):
         return self
 
     @property
+    def size_doubted(self) -> bool:
+        """Whether it has itself warned of a size that is none for a hand."""
+        return False
+
+    @property
     def distance_error(self) -> float:
         """Largest error of :meth:`sample`'s distance near the surface against the exact solid [m]."""
         return 0.0

@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 
 from ..exceptions import FileFormatError
-from ..spatial import Array
+from ..spatial import Array, Indices
 from ..text_file import refuse_entities
 
 MAX_MESH_BYTES = 200_000_000
@@ -148,7 +148,7 @@ def _cleaned(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 def _edge_defects(mesh: trimesh.Trimesh) -> str:
     """Say how many edges do not join exactly two triangles."""
-    counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)[1]
+    counts = _triangles_of_edges(mesh)
     single, many = int((counts == 1).sum()), int((counts > 2).sum())
     parts = [f"is not watertight: {single} open edges"] if single else []
     parts += [f"is not manifold: {many} edges join more than two triangles"] if many else []
@@ -157,8 +157,13 @@ def _edge_defects(mesh: trimesh.Trimesh) -> str:
 
 def _open_edges(mesh: trimesh.Trimesh) -> int:
     """Return the number of edges that do not join exactly two triangles."""
-    counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)[1]
-    return int((counts != 2).sum())
+    return int((_triangles_of_edges(mesh) != 2).sum())
+
+
+def _triangles_of_edges(mesh: trimesh.Trimesh) -> Indices:
+    """Return how many triangles each edge belongs to, of shape (n_edges,)."""
+    counts: Indices = np.unique(mesh.edges_sorted, axis=0, return_counts=True)[1]
+    return counts
 
 
 def _fill(path: Path, mesh: trimesh.Trimesh, repairs: list[str]) -> None:

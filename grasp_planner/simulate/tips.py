@@ -56,7 +56,7 @@ def fingertips(grasp: Grasp) -> tuple[Tip, ...]:
     tips = []
     contacts = grasp.contacts
     for frame, normal, gap in zip(problem.frames, contacts.normals, contacts.gaps, strict=True):
-        centre = np.array(hand.model.frames[frame.frame_id].placement.act(np.array(frame.offset)))
+        centre = np.array(frame.centre)
         if frame.radius == 0.0:
             turn = np.array((root * data.oMi[frame.joint_id]).rotation)
             centre = centre - POINT_RADIUS * (turn.T @ normal)
