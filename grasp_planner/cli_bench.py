@@ -137,16 +137,19 @@ def _summary_table(by_group: dict[Group, list[ProblemResult]]) -> Table:
         table.add_column(column, justify="right")
     for (name, kind, n_s), rows in by_group.items():
         summary = summarise(rows)
+        medians = (
+            f"{summary['median_phase_one_iterations']:.0f} + {summary['median_iterations']:.0f}",
+            f"{summary['median_cpu_s']:.1f}",
+            f"{summary['median_force_norm']:.2f}",
+            f"{summary['median_angle_deg']:.1f}",
+            f"{1e3 * summary['max_penetration']:.3f}",
+        )
         table.add_row(
             name,
             kind,
             str(n_s),
             f"{summary['feasible']:.0f}/{summary['problems']:.0f}",
             f"{100 * summary['start_success_share']:.0f} %",
-            f"{summary['median_phase_one_iterations']:.0f} + {summary['median_iterations']:.0f}",
-            f"{summary['median_cpu_s']:.1f}",
-            f"{summary['median_force_norm']:.2f}",
-            f"{summary['median_angle_deg']:.1f}",
-            f"{1e3 * summary['max_penetration']:.3f}",
+            *(medians if summary["feasible"] else "–" * len(medians)),
         )
     return table

@@ -19,7 +19,7 @@ from .objects import parse_object
 from .preparation import FEW_SYNERGIES
 from .problem import GraspProblem
 from .synergies import SynergySpace, load_synergies, save_synergies, synergies_from_postures
-from .text_file import read_text_file
+from .text_file import finite_number, read_text_file
 
 MAX_POSTURE_BYTES = 50_000_000
 """Largest file of postures that is read."""
@@ -156,19 +156,8 @@ def read_postures(path: Path) -> tuple[list[str], np.ndarray]:
     for number, row in enumerate(table[1:], start=2):
         if len(row) != len(header):
             raise FileFormatError(path, f"row {number}: {len(row)} columns instead of {len(header)}")
-        values.append([_angle(path, number, name, text) for name, text in zip(header, row, strict=True)])
+        values.append([finite_number(path, number, name, text) for name, text in zip(header, row, strict=True)])
     return header, np.array(values)
-
-
-def _angle(path: Path, row: int, column: str, text: str) -> float:
-    """Return a finite number of the table."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not np.isfinite(value):
-        raise FileFormatError(path, f"row {row}, column {column!r}: {text!r} is not a finite number")
-    return value
 
 
 def _find(hand: Hand, name: str) -> SynergySpace:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from .spatial import Array, finite_array, readonly
-from .text_file import read_text_file
+from .text_file import finite_number, read_text_file
 
 MAX_SYNERGY_BYTES = 1_000_000
 """Largest synergy file that is read."""
@@ -226,11 +226,11 @@ def load_synergies(path: Path) -> SynergySpace:
         if variance is not None:
             raise FileFormatError(path, f"table row {number}: nothing may follow the variances")
         if row[0] == "variance":
-            variance = [_float(path, number, table[0][k + 2], row[k + 2]) for k in range(n)]
+            variance = [finite_number(path, number, table[0][k + 2], row[k + 2]) for k in range(n)]
             continue
         names.append(row[0])
-        means.append(_float(path, number, "mean_rad", row[1]))
-        rows.append([_float(path, number, table[0][k + 2], row[k + 2]) for k in range(n)])
+        means.append(finite_number(path, number, "mean_rad", row[1]))
+        rows.append([finite_number(path, number, table[0][k + 2], row[k + 2]) for k in range(n)])
     try:
         return SynergySpace(
             tuple(names),
@@ -251,17 +251,6 @@ def _table(path: Path, text: str) -> list[list[str]]:
         return list(csv.reader(lines, strict=True))
     except csv.Error as error:
         raise FileFormatError(path, f"not a table of comma-separated values: {error}") from None
-
-
-def _float(path: Path, row: int, column: str, text: str) -> float:
-    """Return a finite number of the table."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not np.isfinite(value):
-        raise FileFormatError(path, f"table row {row}, column {column!r}: {text!r} is not a finite number")
-    return value
 
 
 def _note(notes: list[str], key: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -29,6 +30,30 @@ def read_text_file(path: Path, max_bytes: int) -> str:
         raise FileFormatError(path, error.strerror or "can't be read") from None
     except UnicodeDecodeError:
         raise FileFormatError(path, "is not UTF-8 text") from None
+
+
+def finite_number(path: Path, row: int, column: str, text: str) -> float:
+    """Return a finite number of a table.
+
+    Args:
+        path: The file, for messages.
+        row: Row, for messages.
+        column: Column, for messages.
+        text: The number as it stands there.
+
+    Returns:
+        The number.
+
+    Raises:
+        FileFormatError: If it is no finite number; names row and column.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise FileFormatError(path, f"row {row}, column {column!r}: {text!r} is not a finite number")
+    return value
 
 
 def refuse_entities(path: Path, text: str) -> None:

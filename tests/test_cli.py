@@ -147,6 +147,12 @@ def test_bench_measures_and_writes_json(tmp_path):
         assert row["ratio"] == pytest.approx(row["median_ms"] / row["kinematics_ms"])
 
 
+def test_bench_without_a_grasp_has_no_medians():
+    result = run("bench", "--problems", "1", "--synergies", "1", "--objects", "box", "--cpu-limit", "0.01")
+    assert result.exit_code == 0 and "0/1" in result.output
+    assert "nan" not in result.output
+
+
 def test_bench_refuses_nonsense():
     for option, value in (("problems", "0"), ("synergies", "3,x"), ("objects", "teapot"), ("cpu-limit", "0")):
         result = run("bench", f"--{option}", value)
