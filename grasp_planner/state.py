@@ -38,13 +38,15 @@ class GraspState:
         normal_forces: f_n [N], of shape (n_c,).
         friction_margins: μ f_n − √(|f_t|² + ε²) [N], of shape (n_c,).
         torques: Joint torques that bend the joints in (10), by the chosen torque model [N m], of shape (n_q,).
-        compliance: S_⊥ᵀ (q − q̄ + C_q τ) [rad], of shape (n_q − n_s,).
+        reference: q_r = q + C_q τ [rad], the posture the motors ask for, of shape (n_q,).
+        compliance: S_⊥ᵀ (q_r − q̄) [rad], of shape (n_q − n_s,).
         force_norm: F [N].
         task_index: C.
         d_gaps: ∂gaps/∂x, of shape (n_c, n_x).
         d_forces: ∂f/∂x, of shape (3 n_c, n_x).
         d_normal_forces: ∂f_n/∂x, of shape (n_c, n_x).
         d_friction_margins: ∂friction_margins/∂x, of shape (n_c, n_x).
+        d_reference: ∂q_r/∂x, of shape (n_q, n_x).
         d_compliance: ∂compliance/∂x, of shape (n_q − n_s, n_x).
         d_force_norm: ∂F/∂x, of shape (n_x,).
         d_task_index: ∂C/∂x, of shape (n_x,).
@@ -59,6 +61,7 @@ class GraspState:
     normal_forces: Array
     friction_margins: Array
     torques: Array
+    reference: Array
     compliance: Array
     force_norm: float
     task_index: float
@@ -66,6 +69,7 @@ class GraspState:
     d_forces: Array
     d_normal_forces: Array
     d_friction_margins: Array
+    d_reference: Array
     d_compliance: Array
     d_force_norm: Array
     d_task_index: Array
@@ -126,9 +130,9 @@ class StateEvaluator:
             total = (torques, d_torques) if bending[0] is forces else distribution.torques(forces, d_forces)
             loads = self._loads.evaluate(geometry, (forces, d_forces), total)
         c_q = problem.joint_compliance
-        compliance = self._complement.T @ (q - problem.synergies.mean + c_q * torques)
-        d_bent = c_q[:, None] * d_torques
-        d_bent[:, layout.joints] += np.eye(layout.n_joints)
+        reference = q + c_q * torques
+        d_reference = c_q[:, None] * d_torques
+        d_reference[:, layout.joints] += np.eye(layout.n_joints)
 
         by_contact = forces.reshape(-1, 3)
         normal, d_normal = _normal_forces(by_contact, d_forces, geometry)
@@ -145,14 +149,16 @@ class StateEvaluator:
             normal_forces=normal,
             friction_margins=margins,
             torques=torques,
-            compliance=compliance,
+            reference=reference,
+            compliance=self._complement.T @ (reference - problem.synergies.mean),
             force_norm=force_norm,
             task_index=task_index,
             d_gaps=self._pad(geometry.d_gaps),
             d_forces=d_forces,
             d_normal_forces=d_normal,
             d_friction_margins=d_margins,
-            d_compliance=self._complement.T @ d_bent,
+            d_reference=d_reference,
+            d_compliance=self._complement.T @ d_reference,
             d_force_norm=(normal / force_norm) @ d_normal,
             d_task_index=self._pad(d_task_index),
             clearance=None if self._clearance is None else self._clearance.evaluate(geometry),

@@ -58,6 +58,7 @@ LAYERS = (
     "search_report",
     "grasp",
     "planner",
+    "compact_synergies",
     "closing",
     "tolerance",
     "improve",
