@@ -5,8 +5,7 @@ ways, and what few motors need is the way that fits the other objects. So the gr
 everything that makes them grasps, until their references q_r and displacements S δσ nearly share a small subspace.
 The measure of small is Σ log(λ_i + ε²) over the eigenvalues λ of their scatter, made less by reweighting: every grasp
 minimises its Mahalanobis distance in the scatter of all, then the scatter is taken anew, with less and less ε
-(the log-det heuristic for matrices of least rank: M. Fazel, H. Hindi, S. Boyd, "Log-det heuristic for matrix rank
-minimization", ACC 2003).
+([Fazel2003], the log-det heuristic for matrices of least rank).
 """
 
 from __future__ import annotations

@@ -130,7 +130,6 @@ class StateEvaluator:
             total = (torques, d_torques) if bending[0] is forces else distribution.torques(forces, d_forces)
             loads = self._loads.evaluate(geometry, (forces, d_forces), total)
         c_q = problem.joint_compliance
-        reference = q + c_q * torques
         d_reference = c_q[:, None] * d_torques
         d_reference[:, layout.joints] += np.eye(layout.n_joints)
 
@@ -149,8 +148,8 @@ class StateEvaluator:
             normal_forces=normal,
             friction_margins=margins,
             torques=torques,
-            reference=reference,
-            compliance=self._complement.T @ (reference - problem.synergies.mean),
+            reference=q + c_q * torques,
+            compliance=self._complement.T @ (q - problem.synergies.mean + c_q * torques),
             force_norm=force_norm,
             task_index=task_index,
             d_gaps=self._pad(geometry.d_gaps),
