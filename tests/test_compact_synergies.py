@@ -1,6 +1,9 @@
 """Grasps moved towards each other: derivatives, that they stay grasps, and that they come to share a subspace."""
 
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -104,3 +107,15 @@ def test_the_reference_is_the_grasps_own(grasps):
     evaluator = StateEvaluator(problems[0], grasp.palm_pose)
     state = evaluator.evaluate(evaluator.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma))
     np.testing.assert_allclose(state.reference, grasp.reference_joint_angles, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_the_script_makes_a_set(tmp_path):
+    script = Path(__file__).parents[1] / "scripts" / "make_compact_synergies.py"
+    output = tmp_path / "set.csv"
+    command = [sys.executable, str(script), "--objects", "3", "--counts", "5", "--workers", "1", "--output", str(output)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    space = gp.load_synergies(output)
+    np.testing.assert_allclose(space.basis.T @ space.basis, np.eye(15), atol=1e-9)
+    assert "--objects 3 --counts 5" in space.provenance
