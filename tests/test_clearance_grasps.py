@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.benchmark import plan_case
 from grasp_planner.benchmark_problems import BenchmarkCase
 from grasp_planner.clearance_check import penetration
 from grasp_planner.feasibility import restore_feasibility
@@ -162,3 +163,13 @@ def test_a_touching_link_may_be_off_by_the_error_of_a_mesh():
     assert penetration((shallow,), "link_object", tolerant=True) == 0.0
     assert penetration((shallow,), "link_object") == pytest.approx(0.9 * tip.tolerated)
     assert penetration((shallow, deep), "link_object", tolerant=True) == pytest.approx(3e-4 - tip.tolerated)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("hand", "contact_set"), [("dlr_hit_ii_right", None), ("allegro_right", "sphere")])
+@pytest.mark.parametrize("kind", ["cylinder", "sphere", "box", "ellipsoid", "mesh-wrist"])
+def test_five_synergies_keep_clear_of_every_kind_of_object(hand, contact_set, kind):
+    case = BenchmarkCase(1, 5, hand, object_kind=kind, contact_set=contact_set, clearance=True)
+    found = plan_case(case, cpu_limit_s=60.0, enough=1)
+    assert found.feasible, found
+    assert found.max_violation < 1e-6 and found.penetration < 1e-4
