@@ -68,7 +68,6 @@ def study_synergies(
     workers: int,
 ) -> None:
     """Plan random problems, simulate the grasps, and write a page: what holds, and which static margin predicts it."""
-    from .benchmark_problems import object_kinds
     from .synergy_study import StudySettings, run_study
     from .synergy_study_page import write_study
 
@@ -76,7 +75,7 @@ def study_synergies(
     settings = StudySettings(
         hand=hand,
         synergy_sets=parse_names(sets),
-        object_kinds=object_kinds(parse_names(objects)),
+        object_kinds=parse_names(objects),
         counts=parse_counts("counts", counts),
         problems=problems,
         contact_set=contact_set,

@@ -156,7 +156,12 @@ def read_postures(path: Path) -> tuple[list[str], np.ndarray]:
     for number, row in enumerate(table[1:], start=2):
         if len(row) != len(header):
             raise FileFormatError(path, f"row {number}: {len(row)} columns instead of {len(header)}")
-        values.append([finite_number(path, number, name, text) for name, text in zip(header, row, strict=True)])
+        values.append(
+            [
+                finite_number(path, f"row {number}, column {name!r}", text)
+                for name, text in zip(header, row, strict=True)
+            ]
+        )
     return header, np.array(values)
 
 

@@ -15,11 +15,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
+from threadpoolctl import threadpool_limits
 
 from .grasp import Grasp
 from .nlp import solve_nlp
 from .problem import GraspProblem
-from .program import JOINT_SCALE, GraspProgram
+from .program import JOINT_SCALE, GraspProgram, displacement_step
 from .spatial import Array
 from .state import GraspState
 from .synergies import SynergySpace
@@ -129,8 +130,7 @@ def fully_actuated_problem(problem: GraspProblem) -> GraspProblem:
 
 def displacement_scale(problem: GraspProblem) -> float:
     """Return the factor that brings displacements S δσ to the size of postures."""
-    program = GraspProgram(problem, pin.SE3.Identity())
-    return JOINT_SCALE / float(program.scale[program.evaluator.layout.displacement][0])
+    return JOINT_SCALE / displacement_step(problem)
 
 
 def moved_closer(problem: GraspProblem, grasp: FreeGrasp, scatter: Scatter, epsilon: float) -> FreeGrasp:
@@ -155,7 +155,8 @@ def moved_closer(problem: GraspProblem, grasp: FreeGrasp, scatter: Scatter, epsi
         return cost.value(state), cost.gradient(state) * program.scale
 
     nlp = replace(program.build("two"), objective=objective)
-    z = solve_nlp(nlp, start, max_iterations=MAX_ITERATIONS, tolerance=TOLERANCE).z
+    with threadpool_limits(limits=1):
+        z = solve_nlp(nlp, start, max_iterations=MAX_ITERATIONS, tolerance=TOLERANCE).z
     if not np.isfinite(z).all() or program.merit(z) > CLOSE_ENOUGH:
         return replace(grasp, distance=cost.value(program.state(start)))
     state, layout = program.state(z), program.evaluator.layout

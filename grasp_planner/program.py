@@ -125,12 +125,11 @@ class GraspProgram:
     def _variable_scale(self) -> Array:
         """Return the size of a unit step of every variable."""
         layout = self.evaluator.layout
-        stiffness = self.problem.parameters.contact_stiffness + 1.0 / self.problem.parameters.structural_compliance
         scale = np.empty(layout.size)
         scale[layout.joints] = JOINT_SCALE
         scale[layout.translation] = TRANSLATION_SCALE
         scale[layout.rotation] = ROTATION_SCALE
-        scale[layout.displacement] = 1.0 / (UNIT_FORCE_ARM * stiffness)
+        scale[layout.displacement] = displacement_step(self.problem)
         return scale
 
     def bounds(self) -> tuple[Array, Array]:
@@ -142,3 +141,10 @@ class GraspProgram:
         lower = -upper
         lower[layout.joints], upper[layout.joints] = hand.lower, hand.upper
         return lower / self.scale, upper / self.scale
+
+
+def displacement_step(problem: GraspProblem) -> float:
+    """Return a unit step of scaled δσ [rad]."""
+    parameters = problem.parameters
+    stiffness = parameters.contact_stiffness + 1.0 / parameters.structural_compliance
+    return 1.0 / (UNIT_FORCE_ARM * stiffness)

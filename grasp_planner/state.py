@@ -130,6 +130,7 @@ class StateEvaluator:
             total = (torques, d_torques) if bending[0] is forces else distribution.torques(forces, d_forces)
             loads = self._loads.evaluate(geometry, (forces, d_forces), total)
         c_q = problem.joint_compliance
+        bending_angles = c_q * torques
         d_reference = c_q[:, None] * d_torques
         d_reference[:, layout.joints] += np.eye(layout.n_joints)
 
@@ -148,8 +149,8 @@ class StateEvaluator:
             normal_forces=normal,
             friction_margins=margins,
             torques=torques,
-            reference=q + c_q * torques,
-            compliance=self._complement.T @ (q - problem.synergies.mean + c_q * torques),
+            reference=q + bending_angles,
+            compliance=self._complement.T @ (q - problem.synergies.mean + bending_angles),
             force_norm=force_norm,
             task_index=task_index,
             d_gaps=self._pad(geometry.d_gaps),

@@ -226,11 +226,11 @@ def load_synergies(path: Path) -> SynergySpace:
         if variance is not None:
             raise FileFormatError(path, f"table row {number}: nothing may follow the variances")
         if row[0] == "variance":
-            variance = [finite_number(path, number, table[0][k + 2], row[k + 2]) for k in range(n)]
+            variance = [_number(path, number, table[0][k + 2], row[k + 2]) for k in range(n)]
             continue
         names.append(row[0])
-        means.append(finite_number(path, number, "mean_rad", row[1]))
-        rows.append([finite_number(path, number, table[0][k + 2], row[k + 2]) for k in range(n)])
+        means.append(_number(path, number, "mean_rad", row[1]))
+        rows.append([_number(path, number, table[0][k + 2], row[k + 2]) for k in range(n)])
     try:
         return SynergySpace(
             tuple(names),
@@ -251,6 +251,11 @@ def _table(path: Path, text: str) -> list[list[str]]:
         return list(csv.reader(lines, strict=True))
     except csv.Error as error:
         raise FileFormatError(path, f"not a table of comma-separated values: {error}") from None
+
+
+def _number(path: Path, row: int, column: str, text: str) -> float:
+    """Return a finite number of the table."""
+    return finite_number(path, f"table row {row}, column {column!r}", text)
 
 
 def _note(notes: list[str], key: str) -> str:

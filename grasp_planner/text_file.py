@@ -32,27 +32,26 @@ def read_text_file(path: Path, max_bytes: int) -> str:
         raise FileFormatError(path, "is not UTF-8 text") from None
 
 
-def finite_number(path: Path, row: int, column: str, text: str) -> float:
+def finite_number(path: Path, place: str, text: str) -> float:
     """Return a finite number of a table.
 
     Args:
         path: The file, for messages.
-        row: Row, for messages.
-        column: Column, for messages.
+        place: Where in the file, for messages.
         text: The number as it stands there.
 
     Returns:
         The number.
 
     Raises:
-        FileFormatError: If it is no finite number; names row and column.
+        FileFormatError: If it is no finite number; names file and place.
     """
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise FileFormatError(path, f"row {row}, column {column!r}: {text!r} is not a finite number")
+        raise FileFormatError(path, f"{place}: {text!r} is not a finite number")
     return value
 
 

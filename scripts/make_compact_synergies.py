@@ -11,6 +11,7 @@ Usage: python scripts/make_compact_synergies.py [--hand NAME] [--counts 8,5,3] [
 from __future__ import annotations
 
 import argparse
+from collections import defaultdict
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -19,7 +20,6 @@ from pathlib import Path
 
 import numpy as np
 from make_native_synergies import fully_actuated
-from threadpoolctl import threadpool_limits
 
 import grasp_planner as gp
 from grasp_planner import compact_synergies as compact
@@ -67,8 +67,7 @@ def move(job: tuple[str, str | None, int, compact.FreeGrasp, compact.Scatter, fl
     """Move one grasp towards the others."""
     hand, contacts, seed, grasp, scatter, epsilon = job
     problem = problem_of(hand, contacts, seed, fully_actuated(gp.load_hand(hand)))
-    with threadpool_limits(limits=1):
-        return compact.moved_closer(problem, grasp, scatter, epsilon)
+    return compact.moved_closer(problem, grasp, scatter, epsilon)
 
 
 class Design:
@@ -90,16 +89,14 @@ class Design:
     def rounds(self, epsilons: tuple[float, ...]) -> None:
         """Move all candidates, keep the closest of each object, fewer every second round, and take the scatter anew."""
         for k, epsilon in enumerate(epsilons):
-            jobs = [
-                (self.hand_name, self.contacts, seed, grasp, self.scatter, epsilon)
-                for seed, grasps in self.candidates.items()
-                for grasp in grasps
-            ]
-            moved = list(self.pool.map(move, jobs, chunksize=2))
+            pairs = [(seed, grasp) for seed, grasps in self.candidates.items() for grasp in grasps]
+            jobs = [(self.hand_name, self.contacts, seed, grasp, self.scatter, epsilon) for seed, grasp in pairs]
+            moved: dict[int, list[compact.FreeGrasp]] = defaultdict(list)
+            for (seed, _), grasp in zip(pairs, self.pool.map(move, jobs, chunksize=2), strict=True):
+                moved[seed].append(grasp)
             kept = max(1, CANDIDATES - k // 2)
-            for seed in self.candidates:
-                own = [grasp for job, grasp in zip(jobs, moved, strict=True) if job[2] == seed]
-                self.candidates[seed] = sorted(own, key=lambda grasp: grasp.distance)[:kept]
+            for seed, grasps in moved.items():
+                self.candidates[seed] = sorted(grasps, key=lambda grasp: grasp.distance)[:kept]
             self.scatter = self._scatter(self.scale)
             spreads = np.sqrt(np.maximum(np.linalg.eigvalsh(self.scatter.covariance)[::-1], 0.0))
             print(f"  ε = {epsilon:g}: spreads [rad] {', '.join(f'{each:.3f}' for each in spreads[:9])}", flush=True)
@@ -127,9 +124,9 @@ class Design:
         return compact.scatter_of([grasps[0] for grasps in self.candidates.values()], displacement_scale)
 
     def _count(self, title: str, found: dict[int, list[compact.FreeGrasp]]) -> None:
-        counts: dict[str, list[bool]] = {}
+        counts: dict[str, list[bool]] = defaultdict(list)
         for seed, grasps in found.items():
-            counts.setdefault(KINDS[seed % len(KINDS)], []).append(bool(grasps))
+            counts[KINDS[seed % len(KINDS)]].append(bool(grasps))
         print(f"{title}: " + ", ".join(f"{kind} {sum(c)}/{len(c)}" for kind, c in counts.items()), flush=True)
 
 

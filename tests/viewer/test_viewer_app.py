@@ -113,7 +113,9 @@ def test_close_ends_with_fingertips_on_the_surface(viewer, monkeypatch):
     settle(viewer)
     assert len({tuple(grasp.joint_angles) for grasp, message in drawn if "Closing along synergy 1" in message}) > 10
     assert viewer.session.note.startswith("closed along synergy 1")
-    # The springs bend a little under the squeeze that is shown with it.
+    closed = [grasp for grasp, message in drawn if "Closing along synergy 1" in message][-1]
+    assert np.abs(closed.contacts.gaps).max() < 1e-6
+    # Then the springs bend a little under the squeeze that is shown with it.
     assert np.abs(viewer.session.grasp.contacts.gaps).max() < 5e-4
 
 
