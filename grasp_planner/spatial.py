@@ -1,4 +1,4 @@
-"""Small vector algebra shared by every layer: cross products, rotations, checked numbers.
+"""Small vector algebra shared by every layer: cross products, rotations, read-only arrays.
 
 Conventions: SI units; wrenches and twists have their linear part first; ``T_a_b`` is the pose of b in a.
 """
@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from .exceptions import InvalidValueError
 
 Array = npt.NDArray[np.floating[Any]]
 """Array of real numbers, double precision throughout."""
@@ -114,84 +112,3 @@ def readonly(values: npt.ArrayLike) -> Array:
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
-
-
-def finite_array(field: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
-    """Return values as a read-only array, checked for shape and finiteness.
-
-    Args:
-        field: Name used in the error.
-        values: The numbers.
-        shape: Required shape.
-
-    Returns:
-        Read-only array of that shape.
-
-    Raises:
-        InvalidValueError: If the shape differs or a number is not finite.
-    """
-    try:
-        array = readonly(values)
-    except (TypeError, ValueError):
-        raise InvalidValueError(field, values, f"numbers of shape {shape}") from None
-    if array.shape != shape:
-        raise InvalidValueError(field, array.shape, f"an array of shape {shape}")
-    if not np.isfinite(array).all():
-        raise InvalidValueError(field, array.tolist(), "finite numbers")
-    return array
-
-
-def unit_vector(field: str, values: npt.ArrayLike, size: int = 3) -> Array:
-    """Return a direction scaled to length one.
-
-    Args:
-        field: Name used in the error.
-        values: The direction, of shape (size,).
-        size: Number of components.
-
-    Returns:
-        Read-only unit vector, of shape (size,).
-
-    Raises:
-        InvalidValueError: If it is zero, not finite or of the wrong size.
-    """
-    array = finite_array(field, values, (size,))
-    length = float(np.linalg.norm(array))
-    if length < 1e-12:
-        raise InvalidValueError(field, array.tolist(), "a direction that is not zero")
-    return readonly(array / length)
-
-
-def positive(field: str, value: float, *, zero_allowed: bool = False, unit: str = "") -> float:
-    """Return a number checked to be finite and positive.
-
-    Args:
-        field: Name used in the error.
-        value: The number.
-        zero_allowed: Whether zero passes.
-        unit: Unit named in the error.
-
-    Returns:
-        The number as a float.
-
-    Raises:
-        InvalidValueError: If it is not.
-    """
-    allowed = f"a finite number {'>=' if zero_allowed else '>'} 0{f' {unit}' if unit else ''}"
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InvalidValueError(field, value, allowed) from None
-    if not math.isfinite(number) or number < 0.0 or (number == 0.0 and not zero_allowed):
-        raise InvalidValueError(field, value, allowed)
-    return number
-
-
-def positive_whole(name: str, value: object) -> None:
-    """Check that a value is a whole number of at least one.
-
-    Raises:
-        InvalidValueError: If it is not.
-    """
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise InvalidValueError(name, value, "a whole number >= 1")

@@ -1,7 +1,7 @@
 """Make a hand's synergy set ``native_clear``: grasps that keep clear, hold load cases, and together span little.
 
 Several grasps of every object are planned with all joints free, then moved towards each other within their
-constraints (grasp_planner.compact_synergies). Then every object is planned again with fewer and fewer synergies of
+constraints (grasp_planner.synergy_design.compact). Then every object is planned again with fewer and fewer synergies of
 the set so far, what is found joins the candidates, and grasps are moved again. No object is ever dropped: one that
 few synergies do not grasp keeps pulling at the set.
 
@@ -22,8 +22,8 @@ import numpy as np
 from make_native_synergies import fully_actuated
 
 import grasp_planner as gp
-from grasp_planner import compact_synergies as compact
-from grasp_planner.benchmark_problems import BenchmarkCase
+from grasp_planner.studies.benchmark_problems import BenchmarkCase
+from grasp_planner.synergy_design import compact as compact
 
 HAND = "dlr_hit_ii_right"
 FORCE_WEIGHT = 1e-4

@@ -19,11 +19,11 @@ import numpy as np
 import pinocchio as pin
 
 import grasp_planner as gp
-from grasp_planner.human_hand import HUMAN_JOINTS, HumanHand, human_fingertips, thumb_from_carpometacarpal
-from grasp_planner.kinematics import HandKinematics
-from grasp_planner.retargeting import FingerCorrespondence, RetargetingWeights, retarget_postures
+from grasp_planner.hand.kinematics import HandKinematics
 from grasp_planner.spatial import Array
-from grasp_planner.synergies import save_synergies, synergies_from_postures
+from grasp_planner.synergies.human_hand import HUMAN_JOINTS, HumanHand, human_fingertips, thumb_from_carpometacarpal
+from grasp_planner.synergies.retargeting import FingerCorrespondence, RetargetingWeights, retarget_postures
+from grasp_planner.synergies.space import save_synergies, synergies_from_postures
 
 FOLDER = Path(__file__).parents[1] / "urdf" / "dlr_hit_ii" / "synergies"
 SEED = 0

@@ -16,8 +16,8 @@ import numpy as np
 from scipy.optimize import BFGS, SR1, NonlinearConstraint, minimize
 
 import grasp_planner as gp
-from grasp_planner import program
-from grasp_planner.preparation import prepare_start
+from grasp_planner.planning import program
+from grasp_planner.planning.preparation import prepare_start
 
 Variant = Callable[[gp.GraspProblem, gp.GraspStart], gp.Grasp]
 ONE = gp.PlannerOptions(starts=1)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.benchmark_problems import OBJECTS as OBJECT_KINDS
-from grasp_planner.clearance_check import penetration
-from grasp_planner.clearance_terms import AbductionOrder, problem_constraints
-from grasp_planner.coal_distances import signed_distance
-from grasp_planner.distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
-from grasp_planner.link_shapes import contact_shapes, link_shapes, shape_pairs, tip_axes
-from grasp_planner.state import StateEvaluator
+from grasp_planner.collision.coal_distances import signed_distance
+from grasp_planner.collision.distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
+from grasp_planner.collision.link_shapes import contact_shapes, link_shapes, shape_pairs, tip_axes
+from grasp_planner.evaluation.state import StateEvaluator
+from grasp_planner.judge.clearance_check import penetration
+from grasp_planner.studies.benchmark_problems import OBJECTS as OBJECT_KINDS
+from grasp_planner.terms.clearance import AbductionOrder, problem_constraints
 
 OBJECTS = (
     "sphere:radius=0.035",

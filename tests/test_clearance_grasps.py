@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.benchmark import plan_case
-from grasp_planner.benchmark_problems import BenchmarkCase
-from grasp_planner.clearance_check import penetration
-from grasp_planner.feasibility import restore_feasibility
-from grasp_planner.phase_one import opposition
-from grasp_planner.state import StateEvaluator
+from grasp_planner.evaluation.state import StateEvaluator
+from grasp_planner.judge.clearance_check import penetration
+from grasp_planner.planning.least_squares import restore_feasibility
+from grasp_planner.planning.phase_one import opposition
+from grasp_planner.studies.benchmark import plan_case
+from grasp_planner.studies.benchmark_problems import BenchmarkCase
 
 HAND = gp.load_hand("dlr_hit_ii_right")
 TIPS = {f"{finger}_{part}" for finger in ("thumb", "index", "middle", "ring", "little") for part in ("distal", "pad")}

@@ -10,7 +10,7 @@ import trimesh
 from click.testing import CliRunner
 
 import grasp_planner as gp
-from grasp_planner.cli import main
+from grasp_planner.cli.main import main
 
 
 def run(*arguments):
@@ -164,7 +164,7 @@ def test_bench_refuses_nonsense():
 def test_without_the_extra_batch_planning_says_what_to_install(missing, tmp_path):
     (tmp_path / "spec.yaml").write_text("blocks: [{fixed: {seed: 1}}]")
     words = ["batch", "spec.yaml", "--dry-run"]
-    code = f"import sys; sys.modules[{missing!r}] = None; from grasp_planner.cli import main; main({words})"
+    code = f"import sys; sys.modules[{missing!r}] = None; from grasp_planner.cli.main import main; main({words})"
     finished = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert finished.returncode == 2
     (line,) = finished.stderr.strip().splitlines()

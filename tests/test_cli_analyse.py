@@ -6,8 +6,8 @@ import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
-from grasp_planner.analysis_record import AnalysisRecord
-from grasp_planner.cli import main
+from grasp_planner.cli.main import main
+from grasp_planner.records.analysis_record import AnalysisRecord
 
 
 def run(*arguments):

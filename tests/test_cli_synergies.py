@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
-from grasp_planner.cli import main
+from grasp_planner.cli.main import main
 
 
 def run(*arguments):

@@ -3,7 +3,7 @@
 import coal
 import numpy as np
 
-from grasp_planner.coal_distances import signed_distance
+from grasp_planner.collision.coal_distances import signed_distance
 
 
 def test_deep_overlaps_have_the_depth_of_the_support_functions():

@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner import compact_synergies as compact
-from grasp_planner.state import StateEvaluator
+from grasp_planner.evaluation.state import StateEvaluator
+from grasp_planner.synergy_design import compact as compact
 from tests.finite_differences import central_differences, relative_error
 from tests.test_state import make_problem, random_point, steps_of
 

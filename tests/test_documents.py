@@ -14,8 +14,8 @@ import click
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.cli import main
-from grasp_planner.hand_description import HandDescription
+from grasp_planner.cli.main import main
+from grasp_planner.hand.description import HandDescription
 
 from .documents import PAGES, ROOT, blocks, code_spans, command_lines
 

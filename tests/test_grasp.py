@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.record import parse_grasp_record
+from grasp_planner.records.grasp_record import parse_grasp_record
 
 
 def changed(grasp, **changes):

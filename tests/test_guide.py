@@ -101,5 +101,5 @@ def test_the_built_pages_need_no_network(tmp_path):
         assert not re.findall(r"<link[^>]*href=\"?(?:https?:)?//", html), name
         assert "arithmatex" not in html, name
     assert pages["theory.html"].count("<math") >= len(EQUATION.findall(THEORY))
-    assert 'id="grasp_planner.compliance.contact_forces"' in pages["api/model.html"]
+    assert 'id="grasp_planner.model.compliance.contact_forces"' in pages["api/model.html"]
     assert "--clearance" in pages["commands.html"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.hand_description import MAX_DESCRIPTION_BYTES
+from grasp_planner.hand.description import MAX_DESCRIPTION_BYTES
 
 FOLDER = Path(__file__).parents[1] / "urdf" / "dlr_hit_ii"
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from grasp_planner.kkt import NlpPoint, kkt_change, kkt_point
-from grasp_planner.kkt_path import moved_point
+from grasp_planner.analysis.kkt import NlpPoint, kkt_change, kkt_point
+from grasp_planner.analysis.kkt_path import moved_point
 
 
 def circle(p):

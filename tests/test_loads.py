@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import ConvexHull
 
 import grasp_planner as gp
-from grasp_planner.load_cases import sphere_directions, wrench_of_text
-from grasp_planner.load_check import case_forces, response_matrix
-from grasp_planner.load_terms import load_constraints
+from grasp_planner.judge.load_check import case_forces, response_matrix
+from grasp_planner.problem.load_cases import sphere_directions, wrench_of_text
+from grasp_planner.terms.loads import load_constraints
 from tests.finite_differences import central_differences, relative_error
 from tests.test_state import OBJECTS, make_problem, random_point, steps_of
 

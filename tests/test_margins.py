@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.contacts import Contacts
-from grasp_planner.load_check import case_forces, response_matrix
-from grasp_planner.margins import Holding, passive_scales, worst_passive_margin
+from grasp_planner.judge.load_check import case_forces, response_matrix
+from grasp_planner.judge.margins import Holding, passive_scales, worst_passive_margin
+from grasp_planner.model.contacts import Contacts
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.benchmark import plan_case
-from grasp_planner.benchmark_problems import BenchmarkCase
+from grasp_planner.studies.benchmark import plan_case
+from grasp_planner.studies.benchmark_problems import BenchmarkCase
 
 PAPER = {  # [Mavrogiannis2014] table I: F [N] and angle [°] with all 15 synergies
     "y": ([0.0, 1.0, 0.0], 1e-6, 1.97, 3.43),

@@ -7,15 +7,15 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.compliance import series_stiffness
-from grasp_planner.improve import withstood
-from grasp_planner.kkt import kkt_point
-from grasp_planner.load_check import case_forces
-from grasp_planner.optimality_program import OptimalityProgram
-from grasp_planner.post_optimality import optimum_near, post_optimality
-from grasp_planner.problem_parameters import parameters_of
-from grasp_planner.tolerance import least_tolerance
-from grasp_planner.validity import Prediction, carried_palm
+from grasp_planner.analysis.improve import withstood
+from grasp_planner.analysis.kkt import kkt_point
+from grasp_planner.analysis.optimality_program import OptimalityProgram
+from grasp_planner.analysis.post_optimality import optimum_near, post_optimality
+from grasp_planner.analysis.problem_parameters import parameters_of
+from grasp_planner.analysis.tolerance import least_tolerance
+from grasp_planner.analysis.validity import Prediction, carried_palm
+from grasp_planner.judge.load_check import case_forces
+from grasp_planner.model.compliance import series_stiffness
 
 
 def settled(hand, n_synergies, loads, direction=(0.0, 1.0, 0.0), radius=0.03):

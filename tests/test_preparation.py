@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.preparation import _SynergyMotion, prepare_start, search_starts
-from grasp_planner.program import GraspProgram
+from grasp_planner.planning.preparation import _SynergyMotion, prepare_start, search_starts
+from grasp_planner.planning.program import GraspProgram
 
 
 def problem_of(hand, n_synergies=1, clearance=False):

@@ -5,10 +5,11 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from grasp_planner import cli_reproduce, reproduce
-from grasp_planner.cli import main
-from grasp_planner.paper_tables import PAPER_CELLS
-from grasp_planner.reproduce_page import PLAIN
+from grasp_planner.cli import reproduce as cli_reproduce
+from grasp_planner.cli.main import main
+from grasp_planner.studies import reproduce
+from grasp_planner.studies.paper_tables import PAPER_CELLS
+from grasp_planner.studies.reproduce_page import PLAIN
 
 KEYS = {
     "table",

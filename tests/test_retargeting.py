@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.human_hand import (
+from grasp_planner.hand.kinematics import HandKinematics
+from grasp_planner.spatial import Array
+from grasp_planner.synergies.human_hand import (
     HUMAN_FINGERS,
     HUMAN_JOINTS,
     HumanHand,
@@ -17,9 +19,7 @@ from grasp_planner.human_hand import (
     thumb_from_carpometacarpal,
     thumb_metacarpal,
 )
-from grasp_planner.kinematics import HandKinematics
-from grasp_planner.retargeting import FingerCorrespondence, RetargetingWeights, retarget_postures
-from grasp_planner.spatial import Array
+from grasp_planner.synergies.retargeting import FingerCorrespondence, RetargetingWeights, retarget_postures
 
 HUMAN = HumanHand()
 REST = np.radians([-8.0, 20.0, 45.0, *[0.0, 25.0, 35.0] * 4])

@@ -5,15 +5,8 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.spatial import (
-    finite_array,
-    positive,
-    rotation_between,
-    rotation_exp,
-    rotation_left_jacobian,
-    skew,
-    unit_vector,
-)
+from grasp_planner.checks import finite_array, positive, unit_vector
+from grasp_planner.spatial import rotation_between, rotation_exp, rotation_left_jacobian, skew
 from tests.finite_differences import central_differences
 
 

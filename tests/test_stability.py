@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import fsolve
 
 import grasp_planner as gp
-from grasp_planner.compliance import series_stiffness
+from grasp_planner.model.compliance import series_stiffness
 from grasp_planner.spatial import rotation_between
 from tests.finite_differences import central_differences
 

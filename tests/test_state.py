@@ -5,10 +5,10 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.clearance_terms import problem_constraints
-from grasp_planner.program import GraspProgram
-from grasp_planner.state import FRICTION_SMOOTHING, StateEvaluator
-from grasp_planner.terms import COSTS
+from grasp_planner.evaluation.state import FRICTION_SMOOTHING, StateEvaluator
+from grasp_planner.planning.program import GraspProgram
+from grasp_planner.terms.base import COSTS
+from grasp_planner.terms.clearance import problem_constraints
 from tests.finite_differences import central_differences, relative_error
 
 OBJECTS = {

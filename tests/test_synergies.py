@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.synergies import synergies_from_covariance
+from grasp_planner.synergies.space import synergies_from_covariance
 
 NAMES = ("a", "b", "c", "d")
 SYNERGIES = Path(gp.__file__).parents[1] / "urdf" / "dlr_hit_ii" / "synergies"

@@ -9,11 +9,11 @@ import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
-from grasp_planner.cli import main
-from grasp_planner.cli_options import parse_counts, parse_names
-from grasp_planner.margins import UNBOUNDED
+from grasp_planner.cli.main import main
+from grasp_planner.cli.options import parse_counts, parse_names
+from grasp_planner.judge.margins import UNBOUNDED
 from grasp_planner.simulate import find_protocol, simulate_grasp
-from grasp_planner.study_margins import (
+from grasp_planner.studies.study_margins import (
     MARGINS,
     grasp_as_simulated,
     joint_spring_stiffness,
@@ -21,10 +21,10 @@ from grasp_planner.study_margins import (
     least_push,
     static_margins,
 )
-from grasp_planner.study_statistics import prediction, roc_curve
-from grasp_planner.synergy_study import StudyRow, StudySettings, run_study, study_case
-from grasp_planner.synergy_study_page import count_rows, margin_rows, rest_rows, write_study
-from grasp_planner.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
+from grasp_planner.studies.study_statistics import prediction, roc_curve
+from grasp_planner.studies.synergy_study import StudyRow, StudySettings, run_study, study_case
+from grasp_planner.studies.synergy_study_page import count_rows, margin_rows, rest_rows, write_study
+from grasp_planner.studies.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
 
 
 def made_up(weakest, margin, seed, **changes):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.program import GraspProgram
+from grasp_planner.planning.program import GraspProgram
 
 FEW = gp.PlannerOptions(starts=3, max_iterations=120)
 

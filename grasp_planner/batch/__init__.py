@@ -1,6 +1,6 @@
 """Batch planning: many cases from one specification, on all cores or a cluster, into Parquet files."""
 
-from . import arrow as arrow  # First: it says which extra is missing.
+from . import arrow as arrow
 from .browse import RunFilter as RunFilter
 from .browse import RunRows as RunRows
 from .case import GraspCase as GraspCase

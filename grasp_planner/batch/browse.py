@@ -12,9 +12,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ..exceptions import InvalidValueError
-from ..grasp import Grasp
-from ..hand import load_hand
-from ..starts import standard_start
+from ..grasp.grasp import Grasp
+from ..hand.loading import load_hand
+from ..planning.starts import standard_start
 from .case import GraspCase
 from .errors import ResultsError
 from .results import find_rows, load_grasps, load_table

@@ -11,11 +11,12 @@ from pydantic import BaseModel, ConfigDict, field_validator
 from pydantic import Field as ModelField
 
 from ..exceptions import InvalidValueError, NameNotFoundError
-from ..hand import Hand
+from ..hand.hand import Hand
+from ..model.task_direction import parse_task
 from ..objects import parse_object
-from ..planner import PlannerOptions
-from ..problem import GraspParameters, GraspProblem
-from ..task import parse_task
+from ..planning.options import PlannerOptions
+from ..problem.parameters import GraspParameters
+from ..problem.problem import GraspProblem
 
 DEFAULT_TIME_LIMIT_S = 120.0
 """Wall time after which a case is stopped, unless it says otherwise [s]."""

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import Any, overload
 
 from ..exceptions import GraspPlannerError, InvalidValueError, NameNotFoundError
-from ..hand import Hand, load_hand
+from ..hand.hand import Hand
+from ..hand.loading import load_hand
 from ..objects import parse_object
 from .axes import axis_stream
 from .case import SETTINGS, GraspCase

@@ -16,9 +16,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..exceptions import InvalidValueError
-from ..grasp import Grasp
-from ..hand import Hand
-from ..record_layout import GraspRecord
+from ..grasp.grasp import Grasp
+from ..hand.hand import Hand
+from ..records.layout import GraspRecord
 from ..spatial import Array
 from .errors import ResultsError
 from .results import load_grasps, load_rows

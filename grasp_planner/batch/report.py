@@ -7,8 +7,8 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..drawing.picture import draw_grasp
 from ..exceptions import GraspPlannerError
-from ..picture import draw_grasp
 from .errors import ResultsError
 from .report_page import PAGE
 from .report_plots import boxes, histograms, png_data, share_bars

@@ -8,10 +8,11 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ..exceptions import InvalidValueError
-from ..grasp import Grasp
-from ..hand import Hand, load_hand
-from ..record import grasp_from_record
-from ..record_layout import GraspRecord
+from ..grasp.grasp import Grasp
+from ..hand.hand import Hand
+from ..hand.loading import load_hand
+from ..records.grasp_record import grasp_from_record
+from ..records.layout import GraspRecord
 from .arrow import read_part, schema_of, table_of
 from .errors import BatchDependencyError, ResultsError
 from .rows import record_of

@@ -9,9 +9,9 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from ..grasp import Grasp
-from ..record import grasp_record
-from ..record_layout import GraspRecord
+from ..grasp.grasp import Grasp
+from ..records.grasp_record import grasp_record
+from ..records.layout import GraspRecord
 from .case import GraspCase, scalar_setting_types
 
 Row = dict[str, Any]

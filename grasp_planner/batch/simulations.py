@@ -14,9 +14,10 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from ..exceptions import GraspPlannerError, InvalidValueError
-from ..hand import Hand, load_hand
-from ..record import grasp_from_record
-from ..record_layout import GraspRecord
+from ..hand.hand import Hand
+from ..hand.loading import load_hand
+from ..records.grasp_record import grasp_from_record
+from ..records.layout import GraspRecord
 from ..simulate import Protocol, Simulation, protocol_from, simulate_grasp, simulation_json, simulation_record
 from .interrupts import StopOnSignal
 from .pool import LocalPool

@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 
 from ..exceptions import GraspPlannerError, InvalidValueError, NameNotFoundError
-from ..hand import load_hand
-from ..task import parse_task
+from ..hand.loading import load_hand
+from ..model.task_direction import parse_task
 from .axes import AXES, AXIS_HELP
 from .case import SETTINGS, GraspCase
 from .errors import SpecError

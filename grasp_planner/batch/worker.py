@@ -20,15 +20,16 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from ..exceptions import GraspPlannerError, InvalidValueError
-from ..grasp import Grasp
-from ..hand import Hand, load_hand
-from ..planner import plan_grasp
+from ..grasp.grasp import Grasp
+from ..hand.hand import Hand
+from ..hand.loading import load_hand
+from ..planning.planner import plan_grasp
 from .case import GraspCase
 from .rows import Row, add_failure, add_grasp, case_row
 
 READY = b"ready"
 """First message of a worker, when everything is imported."""
-STANDARD_PLANNER = "grasp_planner.planner:plan_grasp"
+STANDARD_PLANNER = "grasp_planner.planning.planner:plan_grasp"
 GRACE_S = 10
 """Time after its limit at which a case that holds the interpreter is ended by the kernel [s]."""
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..exceptions import FileFormatError
-from ..text_file import read_text_file
+from ..files.text import read_text_file
 from .errors import BatchDependencyError, ResultsError, SpecError
 
 MAX_SPEC_BYTES = 5_000_000

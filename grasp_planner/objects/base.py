@@ -12,8 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 import trimesh
 
+from ..checks import positive
 from ..exceptions import InvalidValueError
-from ..spatial import Array, positive, readonly
+from ..spatial import Array, readonly
 
 
 @dataclass(frozen=True)

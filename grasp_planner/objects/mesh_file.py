@@ -15,8 +15,8 @@ import numpy as np
 import trimesh
 
 from ..exceptions import FileFormatError
+from ..files.text import refuse_entities
 from ..spatial import Array, Indices
-from ..text_file import refuse_entities
 
 MAX_MESH_BYTES = 200_000_000
 """Largest mesh file that is read."""

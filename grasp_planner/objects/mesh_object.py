@@ -11,8 +11,9 @@ import coal
 import numpy as np
 import trimesh
 
+from ..checks import positive
 from ..exceptions import InvalidValueError
-from ..spatial import Array, positive, readonly
+from ..spatial import Array, readonly
 from .base import GraspObject, SurfaceSample
 from .distance_grid import DistanceGrid
 from .grid_cache import cached_distance_grid

@@ -6,8 +6,6 @@ from .protocol import PROTOCOLS as PROTOCOLS
 from .protocol import Protocol as Protocol
 from .protocol import find_protocol as find_protocol
 from .protocol import protocol_from as protocol_from
-from .record import simulation_json as simulation_json
-from .record import simulation_record as simulation_record
 from .result import DirectionReport as DirectionReport
 from .result import Frame as Frame
 from .result import RestReport as RestReport
@@ -16,4 +14,6 @@ from .run import simulate_grasp as simulate_grasp
 from .run import squeezed as squeezed
 from .scene import Scene as Scene
 from .scene import build_scene as build_scene
+from .simulation_record import simulation_json as simulation_json
+from .simulation_record import simulation_record as simulation_record
 from .world import World as World

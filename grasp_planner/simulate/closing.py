@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..grasp import Grasp
+from ..grasp.grasp import Grasp
 from ..spatial import Array
 from .gate import check_posture
 from .protocol import Geometry

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..clearance_check import hand_clearances, penetration
-from ..contacts import find_contacts, fingertip_positions
-from ..grasp import Grasp
+from ..grasp.grasp import Grasp
+from ..judge.clearance_check import hand_clearances, penetration
+from ..model.contacts import find_contacts, fingertip_positions
 from ..spatial import Array
 from .protocol import Geometry
 

@@ -13,10 +13,10 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from ..collision.link_shapes import LinkShape
 from ..exceptions import InvalidValueError
-from ..hand import Hand
-from ..link_shapes import LinkShape
-from ..problem import GraspProblem
+from ..hand.hand import Hand
+from ..problem.problem import GraspProblem
 from ..spatial import Array
 from .xml_text import Element, add, pose_attributes
 

@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..checks import positive
 from ..exceptions import InvalidValueError, NameNotFoundError
-from ..spatial import positive
 
 Start = Literal["plan", "open"]
 Geometry = Literal["links", "contacts"]

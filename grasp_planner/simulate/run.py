@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..grasp import Grasp
-from ..spatial import Array, positive
+from ..checks import positive
+from ..grasp.grasp import Grasp
+from ..spatial import Array
 from .closing import ReferencePath, free_posture, reference_path
 from .engine import quiet_warnings
 from .gate import GateReport, check_posture

@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..grasp import Grasp
-from ..link_shapes import LinkShape
+from ..collision.link_shapes import LinkShape
+from ..grasp.grasp import Grasp
 from .mjcf_hand import add_hand, add_motors, mesh_vertices
 from .mjcf_object import ObjectSolid, add_object, object_solids
 from .protocol import Protocol

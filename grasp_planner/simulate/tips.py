@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from ..grasp import Grasp
-from ..link_shapes import LinkShape, link_shapes
+from ..collision.link_shapes import LinkShape, link_shapes
+from ..grasp.grasp import Grasp
 from ..spatial import Array
 
 POINT_RADIUS = 5e-4

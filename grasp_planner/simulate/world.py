@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..exceptions import InvalidValueError
-from ..grasp import Grasp
+from ..grasp.grasp import Grasp
 from ..spatial import Array
 from .engine import load_mujoco
 from .protocol import Protocol

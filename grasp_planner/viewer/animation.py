@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..grasp import Grasp
+from ..grasp.grasp import Grasp
 from ..spatial import Array
-from .closing import approach, close_along
+from .opening import approach, close_along
 from .session import Preview, Session
 from .worker import Worker
 

@@ -13,28 +13,28 @@ import numpy as np
 import viser
 
 from ..exceptions import GraspPlannerError
-from ..grasp import Grasp
+from ..grasp.grasp import Grasp
+from ..planning.starts import standard_start
 from ..spatial import Array
-from ..starts import standard_start
 from . import text
 from .animation import Animator
-from .draw_grasp import fitting_scale
-from .draw_hand import pose_of
 from .first_grasp import first_grasp
-from .panel_display import DisplayPanel
-from .panel_grasp import GraspPanel
-from .panel_plan import PlanPanel
-from .panel_problem import ProblemPanel
-from .panel_run import RunPanel
-from .panel_share import SharePanel
-from .panel_synergies import SynergyPanel
-from .picture3d import Picture
+from .panels.display import DisplayPanel
+from .panels.grasp import GraspPanel
+from .panels.plan import PlanPanel
+from .panels.problem import ProblemPanel
+from .panels.run import RunPanel
+from .panels.share import SharePanel
+from .panels.synergies import SynergyPanel
+from .panels.widgets import set_value
 from .plan_control import PlanControl
 from .row_links import RowLinks
 from .run_control import RunControl
+from .scene.draw_grasp import fitting_scale
+from .scene.draw_hand import pose_of
+from .scene.picture3d import Picture
 from .server import LocalServer
 from .session import Session
-from .widgets import set_value
 from .worker import Worker
 
 if TYPE_CHECKING:

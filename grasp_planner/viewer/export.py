@@ -6,10 +6,10 @@ import time
 from pathlib import Path
 
 from ..exceptions import FileFormatError
-from ..grasp import Grasp
-from .closing import approach
-from .draw_grasp import DisplayOptions, fitting_scale
-from .picture3d import Picture
+from ..grasp.grasp import Grasp
+from .opening import approach
+from .scene.draw_grasp import DisplayOptions, fitting_scale
+from .scene.picture3d import Picture
 from .server import LocalServer
 from .session import Preview, Session
 from .text import export_overlay

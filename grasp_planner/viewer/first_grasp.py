@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..clearance_options import ClearanceOptions
-from ..grasp import Grasp
-from ..hand import Hand, load_hand
+from ..grasp.grasp import Grasp
+from ..hand.hand import Hand
+from ..hand.loading import load_hand
 from ..objects import Cylinder
-from ..planner import PlannerOptions, plan_grasp
-from ..problem import GraspParameters, GraspProblem
-from ..starts import GraspStart
+from ..planning.options import PlannerOptions
+from ..planning.planner import plan_grasp
+from ..planning.starts import GraspStart
+from ..problem.clearance_options import ClearanceOptions
+from ..problem.parameters import GraspParameters
+from ..problem.problem import GraspProblem
 
 TIME_LIMIT_S = 8.0
 """How long the page may take to open in the worst case [s]."""

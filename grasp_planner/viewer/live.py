@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..exceptions import GraspPlannerError
-from ..grasp import Grasp
-from ..problem import GraspProblem
+from ..grasp.grasp import Grasp
+from ..problem.problem import GraspProblem
 from ..spatial import Array, readonly
 from .squeeze import best_squeeze
 

@@ -8,13 +8,13 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-from ..grasp import Grasp, IterationRecord
-from ..starts import standard_start
-from .panel_plan import PlanPanel
+from ..grasp.grasp import Grasp, IterationRecord
+from ..planning.starts import standard_start
+from .panels.plan import PlanPanel
+from .panels.widgets import set_value
 from .planning import Outcome, PlanEvents, PlanningProcess, PlanRequest
 from .presets import ENOUGH, paper_presets
 from .session import Preview, Session
-from .widgets import set_value
 from .worker import Worker
 
 

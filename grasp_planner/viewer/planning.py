@@ -14,11 +14,12 @@ from typing import Any, Literal
 import pinocchio as pin
 
 from ..exceptions import GraspPlannerError
-from ..grasp import Grasp, IterationRecord, SearchReport
-from ..planner import PlannerOptions, plan_grasp
-from ..problem import GraspProblem
+from ..grasp.grasp import Grasp, IterationRecord, SearchReport
+from ..planning.options import PlannerOptions
+from ..planning.planner import plan_grasp
+from ..planning.starts import GraspStart
+from ..problem.problem import GraspProblem
 from ..spatial import Array
-from ..starts import GraspStart
 
 GRACE_S = 0.12
 """How long a cancelled search may take to stop by itself before its process is ended [s]."""

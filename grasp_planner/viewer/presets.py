@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from ..hand import load_hand
+from ..hand.loading import load_hand
+from ..model.task_direction import parse_task
 from ..objects import Cylinder
-from ..paper_tables import PAPER_CELLS, PaperCell
-from ..problem import GraspParameters, GraspProblem
-from ..task import parse_task
+from ..problem.parameters import GraspParameters
+from ..problem.problem import GraspProblem
+from ..studies.paper_tables import PAPER_CELLS, PaperCell
 
 BY_SYNERGIES = {
     1: "One motor command moves all fingers together. So the ellipsoid has no end in some directions (it is drawn "

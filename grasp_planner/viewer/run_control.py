@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..exceptions import InvalidValueError
-from ..grasp import Grasp
-from .panel_run import RunPanel
+from ..grasp.grasp import Grasp
+from .panels.run import RunPanel
 from .session import Session
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from ..grasp import Grasp
-from ..problem import GraspProblem
+from ..grasp.grasp import Grasp
+from ..problem.problem import GraspProblem
 from ..spatial import Array
 from .live import LiveState, evaluate
 

@@ -11,10 +11,10 @@ import numpy as np
 import pinocchio as pin
 
 from ..exceptions import FileFormatError, InvalidValueError
-from ..grasp import Grasp
+from ..grasp.grasp import Grasp
 from ..simulate import Frame, Simulation
-from .draw_grasp import DisplayOptions
-from .picture3d import Picture
+from .scene.draw_grasp import DisplayOptions
+from .scene.picture3d import Picture
 from .server import LocalServer
 from .session import Preview, Session
 

@@ -6,8 +6,8 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from ..compliance import internal_forces
-from ..grasp import Grasp
+from ..grasp.grasp import Grasp
+from ..model.compliance import internal_forces
 from ..spatial import Array, skew
 
 ROOM = 1e-5

@@ -5,10 +5,10 @@ from __future__ import annotations
 import html
 import math
 
-from ..grasp import FEASIBILITY_TOLERANCE, Grasp
-from .clearances import link_clearances
+from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
 from .live import contact_share
-from .margin import withstands
+from .scene.clearances import link_clearances
+from .scene.margin import withstands
 
 UNITS = {"_nm": ("N m", 1.0), "_rad": ("°", 180.0 / math.pi), "_m": ("mm", 1e3), "_n": ("N", 1.0)}
 """Unit and factor for display, by the end of a violation's name."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from grasp_planner.cli import main
+from grasp_planner.cli.main import main
 
 MARK = "<!-- commands -->"
 PROGRAM = "grasp-planner"

@@ -15,7 +15,7 @@ from grasp_planner.batch import GraspCase
 ROOT = Path(__file__).parents[2]
 MAIN = """
 import click
-from grasp_planner.cli_batch import batch_command, export_command, report_command
+from grasp_planner.cli.batch import batch_command, export_command, report_command
 click.Group(commands=[batch_command, report_command, export_command])()
 """
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from grasp_planner import read_grasp_record
 from grasp_planner.batch import CaseTable, load_table, read_spec
-from grasp_planner.cli_batch import batch_command, export_command, parse_rows, progress_text, report_command
+from grasp_planner.cli.batch import batch_command, export_command, parse_rows, progress_text, report_command
 
 SPEC = """
 defaults: {object: cylinder, starts: 3, enough: 1}

@@ -7,10 +7,10 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.clearance_terms import problem_constraints
-from grasp_planner.contact_geometry import ContactGeometryEvaluator
-from grasp_planner.link_shapes import inner_axes, link_shapes
-from grasp_planner.variables import PoseChart
+from grasp_planner.collision.link_shapes import inner_axes, link_shapes
+from grasp_planner.evaluation.contact_geometry import ContactGeometryEvaluator
+from grasp_planner.evaluation.variables import PoseChart
+from grasp_planner.terms.clearance import problem_constraints
 
 QUICK = gp.PlannerOptions(starts=16, enough=1)
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.

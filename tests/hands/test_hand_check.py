@@ -9,12 +9,12 @@ import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
-from grasp_planner import urdf_checks
-from grasp_planner.cli import main
-from grasp_planner.cli_hand import hand_group
-from grasp_planner.hand_check import check_hand
-from grasp_planner.hand_proposal import proposed_description
-from grasp_planner.urdf_file import find_robot_file
+from grasp_planner.cli.hand import hand_group
+from grasp_planner.cli.main import main
+from grasp_planner.hand import urdf_checks
+from grasp_planner.hand.check import check_hand
+from grasp_planner.hand.proposal import proposed_description
+from grasp_planner.hand.urdf_file import find_robot_file
 
 ROOT = Path(__file__).parents[2]
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.program import GraspProgram
+from grasp_planner.planning.program import GraspProgram
 
 from .helpers import central_differences
 

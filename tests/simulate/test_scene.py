@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.hand_description import hand_library
+from grasp_planner.hand.description import hand_library
 from grasp_planner.simulate import World, build_scene, find_protocol
 from grasp_planner.simulate.mjcf_object import add_object, object_solids
 from grasp_planner.simulate.tips import COMPRESSION

@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
-from grasp_planner.cli import main
-from grasp_planner.record import grasp_json
+from grasp_planner.cli.main import main
+from grasp_planner.records.grasp_record import grasp_json
 from grasp_planner.simulate import simulate_grasp
 
 

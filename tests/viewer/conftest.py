@@ -10,7 +10,7 @@ import pytest
 
 from grasp_planner import ClearanceOptions, Cylinder, Grasp, GraspProblem, load_hand
 from grasp_planner.viewer import GraspViewer, first_grasp
-from grasp_planner.viewer.draw_grasp import DisplayOptions
+from grasp_planner.viewer.scene.draw_grasp import DisplayOptions
 
 from .browser_page import Page
 from .protocol_client import ProtocolClient

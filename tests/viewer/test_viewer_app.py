@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.viewer import look
+from grasp_planner.drawing import look
 from grasp_planner.viewer.worker import Worker
 
 

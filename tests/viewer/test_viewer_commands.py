@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from grasp_planner import grasp_json
-from grasp_planner.cli import main
+from grasp_planner.cli.main import main
 from grasp_planner.viewer import planning
 from grasp_planner.viewer.planning import PlanEvents, PlanningProcess, PlanRequest
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 import grasp_planner as gp
-from grasp_planner.viewer.margin import margin_arrow, withstands
+from grasp_planner.viewer.scene.margin import margin_arrow, withstands
 from grasp_planner.viewer.text import story
 
 

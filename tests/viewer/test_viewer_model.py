@@ -8,14 +8,16 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.task import Ellipsoid
-from grasp_planner.viewer import look, shapes, text
-from grasp_planner.viewer.clearances import closest_lines, link_clearances
-from grasp_planner.viewer.closing import approach, close_along
-from grasp_planner.viewer.draw_extras import torque_arrows
+from grasp_planner.drawing import look
+from grasp_planner.model.task import Ellipsoid
+from grasp_planner.viewer import text
 from grasp_planner.viewer.live import LiveState, contact_share, evaluate
-from grasp_planner.viewer.panel_synergies import SynergyRange, limit_marks, synergy_ranges
+from grasp_planner.viewer.opening import approach, close_along
+from grasp_planner.viewer.panels.synergies import SynergyRange, limit_marks, synergy_ranges
 from grasp_planner.viewer.presets import paper_presets
+from grasp_planner.viewer.scene import shapes
+from grasp_planner.viewer.scene.clearances import closest_lines, link_clearances
+from grasp_planner.viewer.scene.draw_extras import torque_arrows
 from grasp_planner.viewer.session import Session
 from grasp_planner.viewer.squeeze import best_squeeze
 

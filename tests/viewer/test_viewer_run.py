@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 import grasp_planner as gp
 from grasp_planner.batch import GraspCase, RunFilter, RunRows, run_batch
-from grasp_planner.cli import main
+from grasp_planner.cli.main import main
 from grasp_planner.viewer import GraspViewer
 
 NAVIGATION = {"Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"}

@@ -1,0 +1,1 @@
+"""What follows from a grasp: why not, improving, tolerances, post-optimality."""

@@ -1,0 +1,64 @@
+"""The planning program around a grasp in the form that optimality is examined in: every bound a constraint."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..evaluation.state import GraspState, StateEvaluator
+from ..grasp.grasp import Grasp
+from ..planning.program import GraspProgram
+from ..problem.problem import GraspProblem
+from ..spatial import Array
+from .kkt import Evaluate, NlpPoint
+
+
+class OptimalityProgram:
+    """The program of a problem at one palm pose and scaling, joint limits as constraints."""
+
+    def __init__(self, grasp: Grasp) -> None:
+        self.base = GraspProgram(grasp.problem, grasp.palm_pose)
+        self.z = self.base.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma)
+        self.objective_scale = self.base.objective_scale(self.z)
+        terms = sorted(self.base.constraints, key=lambda term: not term.equality)
+        self.terms = terms
+        self.layout = self.base.evaluator.layout
+        self.reference = grasp.palm_pose
+
+    def state(self, problem: GraspProblem, z: Array) -> GraspState:
+        """Return the state of a problem at scaled variables."""
+        return StateEvaluator(problem, self.reference).evaluate(z * self.base.scale)
+
+    def evaluate(self, z: Array) -> NlpPoint:
+        """Return the program at scaled variables."""
+        return self.point_of(self.base.problem, self.base.state(z))
+
+    def at(self, problem: GraspProblem) -> Evaluate:
+        """Return the program of another problem with the same variables."""
+        evaluator = StateEvaluator(problem, self.reference)
+        return lambda z: self.point_of(problem, evaluator.evaluate(z * self.base.scale))
+
+    def names(self) -> list[str]:
+        """Return the name of every constraint."""
+        names = []
+        state = self.base.state(self.z)
+        for term in self.terms:
+            count = term.residual(self.base.problem, state).size
+            names += [f"{term.name} {i}" for i in range(count)]
+        joints = self.base.problem.hand.joint_names
+        return names + [f"lower limit of {name}" for name in joints] + [f"upper limit of {name}" for name in joints]
+
+    def point_of(self, problem: GraspProblem, state: GraspState) -> NlpPoint:
+        """Return the program at a state."""
+        model, scale, layout = problem.parameters, self.base.scale, self.layout
+        by_force, by_task = self.objective_scale * model.force_weight, self.objective_scale * model.task_weight
+        residuals = [term.scale * term.residual(problem, state) for term in self.terms]
+        jacobians = [term.scale * term.jacobian(problem, state) * scale for term in self.terms]
+        q, picks = state.x[layout.joints], np.eye(layout.size)[layout.joints]
+        unit = scale[layout.joints]
+        return NlpPoint(
+            objective=by_force * state.force_norm + by_task * state.task_index,
+            gradient=(by_force * state.d_force_norm + by_task * state.d_task_index) * scale,
+            residuals=np.concatenate([*residuals, (q - problem.hand.lower) / unit, (problem.hand.upper - q) / unit]),
+            jacobian=np.vstack([*jacobians, picks, -picks]),
+            n_equalities=sum(len(value) for term, value in zip(self.terms, residuals, strict=True) if term.equality),
+        )

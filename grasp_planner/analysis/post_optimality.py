@@ -1,0 +1,224 @@
+"""Post-optimality ([Mavrogiannis2014] section V): how the best grasp changes with the parameters of its problem.
+
+At a KKT point dx*/dp and dλ/dp follow from the KKT system of the active constraints. Derivatives by x are analytic;
+those by parameters, and the Hessian of the Lagrangian, are central differences of analytic gradients. The validity
+radius is how far a parameter may change until the active set does, or the predicted change of F is off by 5 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..grasp.grasp import Grasp
+from ..planning.nlp import solve_nlp
+from ..problem.problem import GraspProblem
+from ..spatial import Array
+from .kkt import KktPoint, kkt_change, kkt_point, lagrangian_gradient
+from .optimality_program import OptimalityProgram
+from .problem_parameters import Parameter, parameters_of
+from .validity import Prediction, validity
+
+PARAMETER_STEP = 1e-4
+"""Step of the central differences by parameters, relative to their scale."""
+SETTLING_ITERATIONS, SETTLING_TOLERANCE = 600, 1e-12
+"""How the solver is begun anew at a planned grasp: plans end before they have settled."""
+FOLLOWS = 1e-6
+"""Relative mismatch of the active constraints above which no neighbouring grasp keeps all of them."""
+CANNOT_FOLLOW = ((0.0, "the palm is held and the motors are too few"),) * 2
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How the optimum answers one parameter.
+
+    Attributes:
+        name: Name of the parameter.
+        unit: Its unit.
+        value: Its value.
+        d_force_norm: dF*/dp [N per unit].
+        d_task_index: dC*/dp [per unit].
+        d_objective: dz*/dp, of z = w_F F + w_C C [per unit].
+        d_joint_angles: dq*/dp [rad per unit], of shape (n_q,).
+        d_palm: Change of the palm in O per unit, translation [m] and rotation vector [rad], of shape (6,).
+        d_delta_sigma: dδσ*/dp [rad per unit], of shape (n_s,).
+        down: Largest decrease for which the active set stays and F changes by dF*/dp to 5 %, ≥ 0; examined up to half
+            the parameter's scale.
+        up: Largest increase.
+        ends_down: What ends it: a constraint that becomes active or that stops being so, or the curvature.
+        ends_up: The same for the increase.
+        follows: Whether a neighbouring grasp keeps all active constraints; if not, the derivatives are not a number.
+    """
+
+    name: str
+    unit: str
+    value: float
+    d_force_norm: float
+    d_task_index: float
+    d_objective: float
+    d_joint_angles: Array
+    d_palm: Array
+    d_delta_sigma: Array
+    down: float
+    up: float
+    ends_down: str
+    ends_up: str
+    follows: bool
+
+
+@dataclass(frozen=True)
+class PostOptimality:
+    """The optimum near a grasp and its sensitivities.
+
+    Attributes:
+        grasp: The grasp moved to the KKT point.
+        stationarity: What is left of the gradient there, relative.
+        active: Names of the active inequalities, with their multipliers (of the scaled program).
+        flat: Directions along which the optimum is not unique.
+        curvature: Least curvature along the active constraints relative to the largest; > 0 at a strict minimum.
+        sensitivities: One for each parameter.
+    """
+
+    grasp: Grasp
+    stationarity: float
+    active: tuple[tuple[str, float], ...]
+    flat: int
+    curvature: float
+    sensitivities: tuple[Sensitivity, ...]
+
+    def sensitivity(self, name: str) -> Sensitivity:
+        """Return the sensitivity to a parameter by its name."""
+        return next(found for found in self.sensitivities if found.name == name)
+
+
+def optimum_near(grasp: Grasp) -> Grasp:
+    """Return the grasp at the KKT point near a planned one, for its own problem.
+
+    Args:
+        grasp: A feasible grasp.
+
+    Returns:
+        The grasp; not necessarily feasible if none is near.
+    """
+    program = OptimalityProgram(grasp)
+    return _grasp_at(grasp, program, _settled(program).z)
+
+
+def _settled(program: OptimalityProgram) -> KktPoint:
+    """Return the KKT point near the program's start: SQP begun anew with a fine tolerance, then Newton's method."""
+    nlp = program.base.build("two", program.objective_scale)
+    solution = solve_nlp(nlp, program.z, max_iterations=SETTLING_ITERATIONS, tolerance=SETTLING_TOLERANCE)
+    return kkt_point(program.evaluate, solution.z)
+
+
+def _grasp_at(grasp: Grasp, program: OptimalityProgram, z: Array) -> Grasp:
+    """Return the grasp at scaled variables."""
+    x, layout, hand = z * program.base.scale, program.layout, grasp.problem.hand
+    return Grasp(
+        problem=grasp.problem,
+        joint_angles=np.clip(x[layout.joints], hand.lower, hand.upper),
+        palm_pose=program.base.evaluator.palm_pose(x),
+        delta_sigma=x[layout.displacement],
+        search=grasp.search,
+    )
+
+
+def post_optimality(grasp: Grasp, parameters: Sequence[Parameter] | None = None) -> PostOptimality:
+    """Return the optimum near a planned grasp and how it answers the parameters of its problem.
+
+    Args:
+        grasp: A feasible grasp, as planned.
+        parameters: The parameters; all of :func:`parameters_of` if left out.
+
+    Returns:
+        The optimum and the sensitivities.
+    """
+    program = OptimalityProgram(grasp)
+    found = _settled(program)
+    best = _grasp_at(grasp, program, found.z)
+    names = program.names()
+    first_inequality = found.point.n_equalities
+    active = [
+        (names[k], float(value))
+        for k, value in zip(found.active, found.multipliers, strict=True)
+        if k >= first_inequality
+    ]
+    flatness = kkt_change(found, np.zeros(len(found.z)), np.zeros(len(found.point.residuals)))
+    chosen = parameters_of(best) if parameters is None else parameters
+    return PostOptimality(
+        grasp=best,
+        stationarity=found.stationarity,
+        active=tuple(sorted(active, key=lambda entry: -entry[1])),
+        flat=flatness.flat,
+        curvature=flatness.curvature,
+        sensitivities=tuple(_sensitivity(program, found, names, parameter) for parameter in chosen),
+    )
+
+
+def _sensitivity(program: OptimalityProgram, found: KktPoint, names: list[str], parameter: Parameter) -> Sensitivity:
+    """Return the sensitivity to one parameter."""
+    layout, scale = program.layout, program.base.scale
+    step = PARAMETER_STEP * parameter.scale
+    d_gradient, d_residuals, d_costs = _by_parameter(program, found, parameter.apply, step)
+    free = None
+    moved = np.zeros(layout.size)
+    if parameter.palm is not None:
+        # The palm's own variables move as told; the others answer.
+        moved[layout.pose] = parameter.palm / scale[layout.pose]
+        d_gradient = d_gradient + found.hessian @ moved
+        d_residuals = d_residuals + found.point.jacobian @ moved
+        free = np.setdiff1d(np.arange(layout.size), np.arange(layout.size)[layout.pose])
+    change = kkt_change(found, d_gradient, d_residuals, free)
+    follows = change.mismatch <= FOLLOWS
+    d_z = change.z + moved if follows else np.full(layout.size, np.nan)
+    state, d_x = program.base.state(found.z), d_z * scale
+    d_force = float(d_costs[0] + state.d_force_norm @ d_x)
+    d_task = float(d_costs[1] + state.d_task_index @ d_x)
+    model = program.base.problem.parameters
+    d_objective = model.force_weight * d_force + model.task_weight * d_task
+    (down, ends_down), (up, ends_up) = CANNOT_FOLLOW
+    if follows:
+        rates = d_residuals + found.point.jacobian @ change.z
+        told = Prediction(program, found, names, parameter, d_z, change.multipliers, rates, d_force, free)
+        (down, ends_down), (up, ends_up) = validity(told)
+    return Sensitivity(
+        name=parameter.name,
+        unit=parameter.unit,
+        value=parameter.value,
+        d_force_norm=d_force,
+        d_task_index=d_task,
+        d_objective=d_objective,
+        d_joint_angles=_fixed(d_x[layout.joints]),
+        d_palm=_fixed(d_x[layout.pose]),
+        d_delta_sigma=_fixed(d_x[layout.displacement]),
+        down=down,
+        up=up,
+        ends_down=ends_down,
+        ends_up=ends_up,
+        follows=follows,
+    )
+
+
+def _fixed(values: Array) -> Array:
+    """Return a read-only copy; not-a-numbers stay."""
+    copy = np.array(values)
+    copy.setflags(write=False)
+    return copy
+
+
+def _by_parameter(
+    program: OptimalityProgram, found: KktPoint, apply: Callable[[float], GraspProblem], step: float
+) -> tuple[Array, Array, Array]:
+    """Return ∂/∂p at fixed x and λ of the Lagrangian's gradient, of the constraints and of (F, C)."""
+    sides = []
+    for shift in (step, -step):
+        problem = apply(shift)
+        state = program.state(problem, found.z)
+        point = program.point_of(problem, state)
+        gradient = lagrangian_gradient(point, found.active, found.multipliers)
+        sides.append((gradient, point.residuals, np.array([state.force_norm, state.task_index])))
+    up, down = sides
+    first, second, third = ((a - b) / (2.0 * step) for a, b in zip(up, down, strict=True))
+    return first, second, third

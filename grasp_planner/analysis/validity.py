@@ -1,0 +1,157 @@
+"""Validity of a first-order prediction of an optimum: how far a parameter may change until the prediction is off.
+
+To first order it holds until an inactive constraint becomes active or a multiplier changes sign. Before that the
+optimum may have bent away from its tangent. So the optimum is followed to the end of the first-order range with
+its active constraints, and the range is shortened until F really changes as predicted and the active set stays.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ..exceptions import GraspPlannerError
+from ..spatial import Array
+from .kkt import Indices, KktPoint
+from .kkt_path import MovedPoint, moved_point
+from .optimality_program import OptimalityProgram
+from .problem_parameters import Parameter
+
+ACCURACY = 0.05
+"""Largest error of the predicted change of F, relative to it."""
+NOTHING = 1e-6
+"""Changes of F below this, relative to F, count as none."""
+FARTHEST = 0.5
+"""Largest change of a parameter that is examined, relative to its scale."""
+TRIALS = 8
+"""Most points that an end of the range is sought with."""
+TIGHT = 1e-7
+"""Residuals and multipliers below minus this count as a change of the active set."""
+NO_END = "examined no further"
+BENT = f"the change of F is off by {100 * ACCURACY:g} %"
+LOST = "the optimum can't be followed"
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The first-order prediction of an optimum for one parameter.
+
+    Attributes:
+        program: The program around the grasp.
+        found: Its KKT point.
+        names: Names of its constraints.
+        parameter: The parameter.
+        d_z: dz/dp, of shape (n,).
+        d_multipliers: dλ/dp of the active constraints, of shape (a,).
+        rates: Change of all constraints per unit, of shape (m,).
+        d_force_norm: dF*/dp [N per unit].
+        free: Indices of the variables that answer; None for all.
+    """
+
+    program: OptimalityProgram
+    found: KktPoint
+    names: list[str]
+    parameter: Parameter
+    d_z: Array
+    d_multipliers: Array
+    rates: Array
+    d_force_norm: float
+    free: Indices | None
+
+
+def validity(prediction: Prediction) -> tuple[tuple[float, str], tuple[float, str]]:
+    """Return how far the parameter may fall and how far it may rise, each ≥ 0 and with what ends it."""
+    down, up = _first_order(prediction)
+    return _shortened(prediction, -1.0, down), _shortened(prediction, 1.0, up)
+
+
+def _first_order(prediction: Prediction) -> tuple[tuple[float, str], tuple[float, str]]:
+    """Return how far the parameter may fall and rise to first order, and which change of the active set ends it."""
+    point, active, names = prediction.found.point, prediction.found.active, prediction.names
+    values = [*point.residuals, *prediction.found.multipliers]
+    slopes = [*prediction.rates, *prediction.d_multipliers]
+    labels = [f"{name} becomes active" for name in names] + [f"{names[k]} stops being active" for k in active]
+    skipped = set(active.tolist()) | set(range(point.n_equalities))
+    ends = [(math.inf, NO_END), (math.inf, NO_END)]
+    for k, (value, slope, label) in enumerate(zip(values, slopes, labels, strict=True)):
+        if k in skipped or (k >= len(names) and active[k - len(names)] < point.n_equalities):
+            continue
+        if abs(slope) < 1e-14:
+            continue
+        distance = max(float(value), 0.0) / abs(float(slope))
+        side = 0 if slope > 0.0 else 1
+        if distance < ends[side][0]:
+            ends[side] = (distance, label)
+    return ends[0], ends[1]
+
+
+def _shortened(prediction: Prediction, sign: float, end: tuple[float, str]) -> tuple[float, str]:
+    """Return the end of the range to one side, brought in until the prediction holds there."""
+    reach, label = end
+    farthest = FARTHEST * prediction.parameter.scale
+    if reach > farthest:
+        reach, label = farthest, NO_END
+    for _ in range(TRIALS):
+        if reach <= 0.0:
+            break
+        moved = _moved(prediction, sign * reach)
+        changed = None if moved is None else _changed_set(prediction, moved)
+        if moved is None:
+            reach, label = 0.3 * reach, LOST
+        elif changed is not None:
+            reach, label = 0.8 * reach, changed
+        else:
+            off = _error(prediction, sign * reach, moved)
+            if off <= 1.0:
+                return reach, label
+            # The error of a tangent grows with the square of the step.
+            reach, label = float(np.clip(0.9 / off, 0.02, 0.9)) * reach, BENT
+    return 0.0, label
+
+
+def _moved(prediction: Prediction, step: float) -> MovedPoint | None:
+    """Return the optimum after a change of the parameter; None if it can't be followed there."""
+    program, found, parameter = prediction.program, prediction.found, prediction.parameter
+    z = found.z + step * prediction.d_z
+    if parameter.palm is not None:
+        pose = program.layout.pose
+        z[pose] = program.base.evaluator.chart.coordinates(carried_palm(prediction, step)) / program.base.scale[pose]
+    multipliers = found.multipliers + step * prediction.d_multipliers
+    try:
+        return moved_point(found, program.at(parameter.apply(step)), z, multipliers, prediction.free)
+    except (GraspPlannerError, ValueError, FloatingPointError, np.linalg.LinAlgError):
+        return None  # no such problem, or no such grasp
+
+
+def carried_palm(prediction: Prediction, step: float) -> pin.SE3:
+    """Return the pose of a held palm in O after the object has moved."""
+    assert prediction.parameter.palm is not None
+    before = prediction.program.base.evaluator.palm_pose(prediction.found.z * prediction.program.base.scale)
+    shift, turn = prediction.parameter.palm[:3], prediction.parameter.palm[3:]
+    twist = np.concatenate([shift - np.cross(turn, before.translation), turn])
+    return pin.exp6(step * twist) * before
+
+
+def _changed_set(prediction: Prediction, moved: MovedPoint) -> str | None:
+    """Return the largest change of the active set; None if it is the same."""
+    found, names, first = prediction.found, prediction.names, prediction.found.point.n_equalities
+    residuals = moved.point.residuals.copy()
+    residuals[:first], residuals[found.active] = 0.0, 0.0
+    multipliers = np.where(found.active < first, 0.0, moved.multipliers)
+    over, under = int(np.argmin(residuals)), int(np.argmin(multipliers)) if len(multipliers) else 0
+    if residuals[over] < -TIGHT:
+        return f"{names[over]} becomes active"
+    if len(multipliers) and multipliers[under] < -TIGHT:
+        return f"{names[found.active[under]]} stops being active"
+    return None
+
+
+def _error(prediction: Prediction, step: float, moved: MovedPoint) -> float:
+    """Return the error of the predicted change of F over the one that is allowed."""
+    program, told = prediction.program, step * prediction.d_force_norm
+    before = program.base.state(prediction.found.z).force_norm
+    after = program.state(prediction.parameter.apply(step), moved.z).force_norm
+    return abs(after - before - told) / max(ACCURACY * abs(told) + NOTHING * before, 1e-300)

@@ -1,0 +1,54 @@
+"""Commands for hands: ``hand check``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from ..exceptions import GraspPlannerError
+
+FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+@click.group("hand")
+def hand_group() -> None:
+    """Bring your own hand."""
+
+
+@hand_group.command("check")
+@click.argument("urdf", type=FILE)
+@click.option("--toml", "description", type=FILE, help="Write the proposed description to this file.")
+@click.option("--png", "picture", type=FILE, help="Draw the hand with what was guessed into this file.")
+@click.option("--force", is_flag=True, help="Overwrite files that exist.")
+def check_command(urdf: Path, description: Path | None, picture: Path | None, force: bool) -> None:
+    """Find fingers, tips, couplings and limits of a URDF, propose a description and say what is missing.
+
+    Exit code 1 if the URDF can't be used as it is.
+    """
+    from ..drawing.hand_check_picture import save_hand_picture
+    from ..hand.check import check_hand
+    from ..hand.proposal import proposed_description, report_lines
+
+    for path in (description, picture):
+        if path is not None and path.exists() and not force:
+            raise click.ClickException(f"{path} exists; --force overwrites it")
+    try:
+        check = check_hand(urdf)
+        for line in report_lines(check):
+            click.echo(line)
+        if not check.usable:
+            sys.exit(1)
+        proposal = proposed_description(check, description.parent if description else None)
+        if picture is not None:
+            save_hand_picture(check, picture)
+    except GraspPlannerError as error:
+        raise click.ClickException(str(error)) from None
+    if description is None:
+        click.echo("\n" + proposal, nl=False)
+        return
+    try:
+        description.write_text(proposal, encoding="utf-8")
+    except OSError as error:
+        raise click.ClickException(f"{description}: {error.strerror or 'cannot be written'}") from None

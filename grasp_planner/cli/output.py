@@ -1,0 +1,31 @@
+"""Writing what a command made, to a file or to standard output."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..exceptions import FileFormatError
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write text to a file, or to standard output for ``-``.
+
+    Raises:
+        FileFormatError: If the file cannot be written.
+    """
+    if str(path) == "-":
+        click.echo(text, nl=False)
+        return
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise FileFormatError(path, f"can't be written: {error.strerror}") from None
+
+
+def check_writable(*paths: Path | None) -> None:
+    """Check before long work that outputs have a folder to go to."""
+    for path in paths:
+        if path is not None and str(path) != "-" and not path.parent.is_dir():
+            raise FileFormatError(path, f"can't be written: no folder {path.parent}")

@@ -1,0 +1,197 @@
+"""``grasp-planner plan``: plan one grasp, print it, save it, draw it."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from ..analysis.why_not import explain_infeasibility
+from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
+from ..planning.planner import plan_grasp
+from ..records.grasp_record import grasp_json
+from .margins import margin_rows, new_table
+from .options import planner_options, problem_from_options, problem_options, search_options
+from .output import check_writable, write_text
+
+EXIT_FEASIBLE, EXIT_INFEASIBLE, EXIT_INTERRUPTED = 0, 3, 130
+
+
+@click.command()
+@problem_options
+@search_options
+@click.option(
+    "--json",
+    "json_file",
+    type=click.Path(path_type=Path, allow_dash=True),
+    help="Write the grasp as JSON; - for standard output.",
+)
+@click.option("--picture", type=click.Path(path_type=Path), help="Write a picture of the grasp (PNG).")
+@click.option("--explain/--no-explain", default=True, show_default=True, help="Without a feasible grasp: say why.")
+@click.option("--quiet", is_flag=True, help="No progress and no table.")
+def plan(
+    json_file: Path | None,
+    picture: Path | None,
+    explain: bool,
+    quiet: bool,
+    seed: int,
+    starts: int,
+    enough: int,
+    max_iterations: int,
+    tolerance: float,
+    time_limit: float | None,
+    **problem_arguments: Any,
+) -> None:
+    """Plan a task-specific force-closure grasp.
+
+    The defaults are the case of [Mavrogiannis2014]: the DLR/HIT II hand, a 6 cm cylinder of 200 g, a force
+    along +y. Exit code 0: a feasible grasp; 2: wrong usage; 3: no feasible grasp was found.
+    """
+    problem = problem_from_options(**problem_arguments)
+    options = planner_options(
+        starts=starts, enough=enough, max_iterations=max_iterations, tolerance=tolerance, time_limit=time_limit
+    )
+    check_writable(json_file, picture)
+    to_stdout = str(json_file) == "-"
+    # Everything but JSON goes to standard error when JSON has standard output.
+    console = Console(stderr=to_stdout, quiet=quiet)
+    with console.status("planning …") as status:
+
+        def show(record: IterationRecord) -> None:
+            status.update(
+                f"start {record.start + 1}, phase {record.phase}, iteration {record.iteration}: "
+                f"F = {record.force_norm:.3g} N, C = {record.task_index:.3g}, "
+                f"gap {1e3 * record.violations['surface']:.3g} mm"
+            )
+
+        try:
+            grasp = plan_grasp(problem, seed=seed, options=options, callback=show)
+        except KeyboardInterrupt:
+            console.print("interrupted")
+            sys.exit(EXIT_INTERRUPTED)
+    print_grasp(console, grasp)
+    if explain and not grasp.feasible:
+        with console.status("looking for the reason (at most a minute) …"):
+            diagnosis = explain_infeasibility(grasp, seed=seed)
+        console.print(f"[bold]why not[/]\n{diagnosis.text}", highlight=False)
+    if json_file is not None:
+        write_text(grasp_json(grasp), json_file)
+    if picture is not None:
+        from ..drawing.picture import save_picture
+
+        save_picture(grasp, picture)
+        console.print(f"picture: {picture}")
+    sys.exit(EXIT_FEASIBLE if grasp.feasible else EXIT_INFEASIBLE)
+
+
+def print_grasp(console: Console, grasp: Grasp) -> None:
+    """Print a grasp as tables.
+
+    Args:
+        console: Where to.
+        grasp: The grasp.
+    """
+    problem, search = grasp.problem, grasp.search or SearchReport(seed=0)
+    colour = "green" if grasp.feasible else "red"
+    console.print(f"[bold {colour}]{grasp.verdict}[/]", highlight=False)
+    summary = Table(show_header=False, box=None, pad_edge=False)
+    title = problem.hand.description.title or problem.hand.name
+    rows = [
+        ("hand, object", f"{title}; {problem.grasp_object.text}"),
+        ("task", ", ".join(task.text for task in problem.tasks)),
+        ("synergies", f"{problem.n_synergies} of set {_set_name(grasp)}"),
+        ("F", f"{grasp.force_norm:.4f} N (floor at these contacts {grasp.force_norm_floor:.4f} N)"),
+        ("C", f"{grasp.task_index:.4g}"),
+        *_task_rows(grasp),
+        ("clearance", _clearance_text(grasp)),
+        ("force closure", f"{'yes' if grasp.force_closed else 'no'}, margin {grasp.force_closure_margin:.3f}"),
+        *margin_rows(grasp),
+        ("σ [rad]", " ".join(f"{value:+.4f}" for value in grasp.sigma)),
+        (
+            "search",
+            f"{search.phase_one_iterations} + {search.iterations} iterations; {search.starts_feasible} of "
+            f"{search.starts_tried} starts feasible; {search.evaluations} evaluations; {search.time_s:.2f} s; "
+            f"seed {search.seed}",
+        ),
+    ]
+    for name, text in rows:
+        summary.add_row(f"[bold]{name}[/]", text)
+    console.print(summary, highlight=False)
+    console.print(_contact_table(grasp))
+    console.print(_joint_table(grasp))
+    console.print(_violation_table(grasp))
+
+
+def _clearance_text(grasp: Grasp) -> str:
+    """Say what overlaps, and whether that was to be avoided."""
+    wanted = grasp.problem.clearance.requirements
+    overlaps = []
+    for name, what in (("link_object_m", "links overlap the object"), ("self_collision_m", "links overlap links")):
+        if grasp.collisions[name] > FEASIBILITY_TOLERANCE:
+            note = "" if name in wanted else " (allowed)"
+            overlaps.append(f"{what} by {1e3 * grasp.collisions[name]:.1f} mm{note}")
+    return "; ".join(overlaps) or "no link overlaps the object or another link"
+
+
+def _set_name(grasp: Grasp) -> str:
+    """Return the name of the synergy set in use."""
+    problem = grasp.problem
+    return problem.synergies.name or problem.synergy_set or "given"
+
+
+def _task_rows(grasp: Grasp) -> list[tuple[str, str]]:
+    """Return a row for each task direction."""
+    rows = []
+    for task, ratio, (angle, degenerate) in zip(
+        grasp.problem.tasks, grasp.transmission_ratios, grasp.alignments, strict=True
+    ):
+        symbol = "β" if task.is_motion else "α"
+        amount = "∞ (the structure resists, not the motors)" if math.isinf(ratio) else f"{ratio:.4g}"
+        note = ", degenerate ellipsoid" if degenerate else ""
+        rows.append((f"{symbol} {task.text}", f"{amount}; angle to the ellipsoid's longest axis {angle:.2f}°{note}"))
+    return rows
+
+
+def _contact_table(grasp: Grasp) -> Table:
+    """Return the table of contacts."""
+    columns = ("contact", "x", "y", "z", "f_x", "f_y", "f_z", "f_n", "margin")
+    table = new_table("contacts in the object frame: points \\[mm], forces of the hand on the object \\[N]", columns)
+    contacts = grasp.contacts
+    for i, frame in enumerate(grasp.problem.frames):
+        table.add_row(
+            frame.name,
+            *(f"{1e3 * value:.2f}" for value in contacts.points[i]),
+            *(f"{value:.3f}" for value in grasp.forces[i]),
+            f"{grasp.normal_forces[i]:.3f}",
+            f"{grasp.friction_margins[i]:.3f}",
+        )
+    return table
+
+
+def _joint_table(grasp: Grasp) -> Table:
+    """Return the table of joints."""
+    table = new_table("joints", ("joint", "q [°]", "reference q_r [°]", "torque [N mm]"))
+    rows = zip(
+        grasp.problem.hand.joint_names,
+        grasp.joint_angles,
+        grasp.reference_joint_angles,
+        grasp.joint_torques,
+        strict=True,
+    )
+    for name, angle, reference, torque in rows:
+        table.add_row(name, f"{math.degrees(angle):.2f}", f"{math.degrees(reference):.2f}", f"{1e3 * torque:.2f}")
+    return table
+
+
+def _violation_table(grasp: Grasp) -> Table:
+    """Return the table of violations."""
+    table = new_table(f"violations, recomputed; feasible up to {FEASIBILITY_TOLERANCE:g}", ("requirement", "violation"))
+    failed = grasp.failures()
+    for name, value in grasp.violations.items():
+        table.add_row(name, f"[red]{value:.3g}[/]" if name in failed else f"{value:.3g}")
+    return table

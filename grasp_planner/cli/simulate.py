@@ -1,0 +1,209 @@
+"""``grasp-planner simulate``: test a planned grasp, or all those of a batch run, in MuJoCo."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from ..exceptions import InvalidValueError
+from ..records.grasp_record import grasp_from_record, read_grasp_record
+from ..simulate import PROTOCOLS, Protocol, Simulation, build_scene, find_protocol, simulate_grasp, simulation_json
+from ..simulate.engine import load_mujoco
+from .output import check_writable, write_text
+
+if TYPE_CHECKING:
+    from ..batch import BatchProgress
+
+EXIT_PASSED, EXIT_FAILED, EXIT_INTERRUPTED = 0, 3, 130
+SURFACE_NOTE = 1e-5
+"""Distance of the simulated surface from the planned contacts that is worth a line [m]."""
+FILE = click.Path(path_type=Path, dir_okay=False)
+FOLDER = click.Path(path_type=Path, file_okay=False)
+
+
+@click.command("simulate")
+@click.argument("result", type=FILE, required=False)
+@click.option(
+    "--protocol",
+    "name",
+    type=click.Choice(tuple(PROTOCOLS)),
+    default="plan",
+    show_default=True,
+    help="plan: as planned, from the planned posture; closing: from an open hand; dexgraspbench: 100 g, μ 0.6.",
+)
+@click.option("--squeeze", type=float, default=1.0, show_default=True, help="Factor on the plan's δσ.")
+@click.option(
+    "--geometry",
+    type=click.Choice(["links", "contacts"]),
+    default="links",
+    show_default=True,
+    help="What of the hand collides: all links, or the fingertips only (for plans without clearance).",
+)
+@click.option("--mass", type=float, default=None, help="Mass of the object [kg] [default: the protocol's].")
+@click.option("--friction", type=float, default=None, help="Coefficient of friction [default: the protocol's].")
+@click.option("--force", type=float, default=None, help="Force of each push [N] [default: the protocol's].")
+@click.option("--ladder/--no-ladder", default=True, show_default=True, help="Look for the load at failure.")
+@click.option("--out", type=click.Path(path_type=Path), help="JSON file; with --run: folder of the results.")
+@click.option("--html", "html_file", type=FILE, help="Write an animation that opens offline.")
+@click.option("--mjcf", "mjcf_file", type=FILE, help="Write the scene as MJCF.")
+@click.option("--run", "run_folder", type=FOLDER, help="Simulate the rows of a batch run instead of RESULT.")
+@click.option("--where", default="feasible", show_default=True, help="With --run: which rows, in SQL.")
+@click.option("--workers", type=click.IntRange(min=1), help="With --run: worker processes.")
+def simulate(
+    result: Path | None,
+    name: str,
+    squeeze: float,
+    geometry: str,
+    mass: float | None,
+    friction: float | None,
+    force: float | None,
+    ladder: bool,
+    out: Path | None,
+    html_file: Path | None,
+    mjcf_file: Path | None,
+    run_folder: Path | None,
+    where: str,
+    workers: int | None,
+) -> None:
+    """Test the grasp of the file RESULT in MuJoCo: its own springs and synergies move the hand, nothing else.
+
+    The object is pushed along ±x, ±y, ±z and twisted about them; the ladder finds the loads at which it is lost.
+    Exit code 0: all six forces were held; 3: not; 2: wrong usage.
+    """
+    given: dict[str, Any] = {"mass": mass, "friction": friction, "force": force, "geometry": geometry}
+    protocol = replace(find_protocol(name), **{key: value for key, value in given.items() if value is not None})
+    if (result is None) == (run_folder is None):
+        raise click.UsageError("Give either RESULT or --run.")
+    load_mujoco()
+    if run_folder is not None:
+        if html_file is not None or mjcf_file is not None:
+            raise click.UsageError("--html and --mjcf are for one RESULT.")
+        sys.exit(_simulate_run(run_folder, protocol, squeeze, ladder, out, where, workers))
+    assert result is not None
+    check_writable(out, html_file, mjcf_file)
+    grasp = grasp_from_record(read_grasp_record(result))
+    console = Console()
+    if not grasp.feasible:
+        console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
+    if mjcf_file is not None:
+        write_text(build_scene(grasp, protocol).xml, mjcf_file)
+    with console.status("simulating …"):
+        found = simulate_grasp(grasp, protocol, squeeze=squeeze, ladder=ladder, record=html_file is not None)
+    print_simulation(console, found)
+    if out is not None:
+        write_text(simulation_json(found), out)
+    if html_file is not None and not found.frames:
+        console.print("no animation: nothing was simulated")
+    elif html_file is not None:
+        from ..viewer import export_simulation_html
+
+        export_simulation_html(found, html_file)
+        console.print(f"animation: {html_file}")
+    sys.exit(EXIT_PASSED if found.passed else EXIT_FAILED)
+
+
+def print_simulation(console: Console, found: Simulation) -> None:
+    """Print a simulation as tables.
+
+    Args:
+        console: Where to.
+        found: The simulation.
+    """
+    colour = "green" if found.passed else "red"
+    console.print(f"[bold {colour}]{found.verdict}[/]", highlight=False)
+    summary = Table(show_header=False, box=None, pad_edge=False)
+    gravity = "with gravity" if found.protocol.gravity else "without gravity"
+    rows = [
+        (
+            "test",
+            f"{found.protocol.name}: {found.mass:g} kg, μ {found.friction:g}, {gravity}, squeeze × {found.squeeze:g}",
+        ),
+        ("scene", "; ".join(found.notes)),
+        *((f"overlap, {gate.posture}", _gate_text(gate.object_overlap, gate.self_overlap)) for gate in found.gates),
+    ]
+    if found.surface_error > SURFACE_NOTE:
+        off = f"up to {1e3 * found.surface_error:.2f} mm from the planned contacts"
+        rows.append(("simulated surface", off))
+    if not found.gate_passed and found.protocol.geometry == "links":
+        rows.append(("", "plan with --clearance links, or simulate the fingertips alone: --geometry contacts"))
+    if found.rest is not None:
+        rest = found.rest
+        rows.append(("object at rest", f"moved {1e3 * rest.displacement:.3f} mm, {rest.rotation_deg:.3f}°"))
+        rows.append(("normal forces", f"differ from predicted by {100 * rest.normal_force_error:.1f} % of F"))
+        if rest.other_force > 1e-6:
+            rows.append(("other links press", f"{rest.other_force:.3f} N"))
+    for label, text in rows:
+        summary.add_row(f"[bold]{label}[/]", text)
+    console.print(summary, highlight=False)
+    if found.rest is None:
+        return
+    forces = _table("normal forces at rest [N]", ("contact", "predicted", "simulated", "friction used"))
+    rest = found.rest
+    columns = (rest.predicted_normal_forces, rest.normal_forces, rest.friction_use)
+    for frame, predicted, simulated, used in zip(found.grasp.problem.frames, *columns, strict=True):
+        forces.add_row(frame.name, f"{predicted:.3f}", f"{simulated:.3f}", f"{100 * used:.0f} %")
+    console.print(forces)
+    console.print(_direction_table(found))
+
+
+def _gate_text(object_overlap: float, self_overlap: float) -> str:
+    """Return overlaps in words."""
+    return f"{1e3 * object_overlap:.2f} mm with the object, {1e3 * self_overlap:.2f} mm of links"
+
+
+def _direction_table(found: Simulation) -> Table:
+    """Return the table of pushes."""
+    columns = ("push", "load", "held", "moved [mm]", "turned [°]", "held up to", "lost at")
+    table = _table("pushes: forces \\[N], torques \\[N mm]", columns)
+    for report in found.directions:
+        scale, digits = (1.0, 2) if report.kind == "force" else (1e3, 1)
+        lost = report.load_lost
+        ladder = "" if report.load_held is None else f"{scale * report.load_held:.{digits}f}"
+        table.add_row(
+            f"{report.kind} {report.direction}",
+            f"{scale * report.load:.{digits}f}",
+            "[green]yes[/]" if report.held else "[red]no[/]",
+            f"{1e3 * report.displacement:.2f}",
+            f"{report.rotation_deg:.2f}",
+            ladder,
+            "–" if lost is None else f"{scale * lost:.{digits}f}",
+        )
+    return table
+
+
+def _table(title: str, columns: tuple[str, ...]) -> Table:
+    """Return a narrow table: the first column names, the others hold numbers."""
+    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for index, column in enumerate(columns):
+        table.add_column(column, justify="right" if index else "left", no_wrap=True)
+    return table
+
+
+def _simulate_run(
+    run: Path, protocol: Protocol, squeeze: float, ladder: bool, out: Path | None, where: str, workers: int | None
+) -> int:
+    """Simulate the rows of a batch run and return the exit code."""
+    from ..batch.simulations import simulate_run
+
+    if squeeze <= 0.0:
+        raise InvalidValueError("squeeze", squeeze, "a number > 0")
+
+    def show(state: BatchProgress) -> None:
+        click.echo(f"\r{state.done}/{state.total} simulated, {state.feasible} passed", nl=False, err=True)
+
+    summary = simulate_run(
+        run, out, protocol, squeeze=squeeze, ladder=ladder, where=where, workers=workers, on_progress=show
+    )
+    click.echo("", err=True)
+    click.echo(f"{summary.feasible} of {summary.done} passed ({summary.total} rows): {summary.folder / 'results'}")
+    if summary.interrupted:
+        click.echo("stopped; run the same command again to go on", err=True)
+        return EXIT_INTERRUPTED
+    return EXIT_PASSED if summary.feasible == summary.total else EXIT_FAILED

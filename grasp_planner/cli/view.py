@@ -1,0 +1,84 @@
+"""The commands ``grasp-planner view`` and ``grasp-planner export``."""
+
+from __future__ import annotations
+
+import threading
+import webbrowser
+from pathlib import Path
+
+import click
+
+from ..exceptions import InvalidValueError
+from ..grasp.grasp import Grasp
+from ..records.grasp_record import grasp_from_record, read_grasp_record
+
+DEFAULT_PORT = 8080
+
+RESULT = click.Path(exists=False, dir_okay=False, path_type=Path)
+RESULT_OR_RUN = click.Path(exists=False, path_type=Path)
+
+
+def _read(path: Path) -> Grasp:
+    """Return the grasp of a file."""
+    return grasp_from_record(read_grasp_record(path))
+
+
+@click.command("view")
+@click.argument("result", type=RESULT_OR_RUN, required=False)
+@click.option("--row", type=click.IntRange(min=0), default=None, help="Row of a batch run, if RESULT is its folder.")
+@click.option(
+    "--filter", "where", metavar="CONDITION", default="", help="Rows of the run to go through: SQL over its columns."
+)
+@click.option("--port", type=click.IntRange(0, 65535), default=DEFAULT_PORT, show_default=True, help="0 for any free.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
+@click.option("--allow-remote", is_flag=True, help="Allow an address that other machines can reach.")
+@click.option("--no-open", is_flag=True, help="Do not open the browser.")
+def view(
+    result: Path | None, row: int | None, where: str, port: int, host: str, allow_remote: bool, no_open: bool
+) -> None:
+    """Open the interactive viewer in the browser.
+
+    Shows the grasp of the file RESULT, or a good one to begin with. If RESULT is the folder of a batch run, its rows
+    are gone through on the page, from row K with --row K, with --filter only those that meet a condition such as
+    "feasible and n_synergies = 3"; the links of its report open rows here meanwhile.
+    """
+    from ..viewer import GraspViewer
+    from ..viewer.server import LOOPBACK
+
+    if result is None or not result.is_dir():
+        for name, value in (("--row", row), ("--filter", where or None)):
+            if value is not None:
+                raise InvalidValueError(name, value, "only with the folder of a batch run as RESULT")
+    grasp, rows = None, None
+    if result is not None and result.is_dir():
+        from ..batch import RunRows
+
+        rows = RunRows(result, where=where, row=row)
+    elif result is not None:
+        grasp = _read(result)
+    viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote, rows=rows)
+    if host not in LOOPBACK:
+        click.echo(
+            f"Warning: everyone who can reach {host} can see and steer this page; there is no password.", err=True
+        )
+    click.echo(f"The viewer is at {viewer.url}; press Ctrl+C to end it.")
+    if not no_open:
+        webbrowser.open(viewer.url)
+    try:
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        click.echo("")
+    finally:
+        viewer.stop()
+
+
+@click.command("export")
+@click.argument("result", type=RESULT)
+@click.option("--html", "html_path", type=RESULT, required=True, help="HTML file to write.")
+@click.option("--title", default=None, help="Heading of the page.")
+def export(result: Path, html_path: Path, title: str | None) -> None:
+    """Write the grasp of the file RESULT as one web page that opens offline."""
+    from ..viewer import export_html
+
+    export_html(_read(result), html_path, title)
+    click.echo(f"wrote {html_path}")

@@ -1,0 +1,1 @@
+"""Meshes, pictures with Matplotlib, parts of pages, colours."""

@@ -1,0 +1,1 @@
+"""Reading and writing files: strict, of limited size, one clear error."""

@@ -1,0 +1,1 @@
+"""The result, which recomputes everything about itself."""

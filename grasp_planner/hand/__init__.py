@@ -1,0 +1,1 @@
+"""What a hand is: URDF and description, read strictly; coupling, contact frames, kinematics."""

@@ -1,0 +1,182 @@
+"""The declarative description of a hand: the TOML file that says what a URDF cannot.
+
+It names the palm and its normal, the independent joints, the contact frames with their fingertip radii,
+default compliances, the order of the fingers for Remark 1 of [Mavrogiannis2014] and the synergy sets.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ..exceptions import FileFormatError, NameNotFoundError
+from ..files.text import read_text_file
+
+MAX_DESCRIPTION_BYTES = 1_000_000
+"""Largest description file that is read."""
+
+PACKAGE_FOLDER = Path(__file__).parents[1]
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Vector3 = tuple[Finite, Finite, Finite]
+
+
+class _Strict(BaseModel):
+    """Frozen model that refuses keys it does not know."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PalmDescription(_Strict):
+    """The palm frame P."""
+
+    link: str
+    """URDF link whose frame is P; it has to be fixed to the root of the URDF."""
+    normal: Vector3
+    """Direction out of the palm, in P."""
+    closing_axis: Vector3
+    """Axis the fingers close around, in P; a long object lies along it."""
+    grasp_centre: Vector3
+    """Where the middle of a grasped object sits, in P [m]."""
+
+
+class FingerOrder(_Strict):
+    """Remark 1 of [Mavrogiannis2014]: the abduction joints of the fingers opposed to the thumb."""
+
+    abduction_order: tuple[str, ...] = Field(min_length=2)
+    sign: Literal[-1, 1] = 1
+    """+1 if the abduction angle has to grow along the order, -1 if it has to fall."""
+
+
+class ComplianceDescription(_Strict):
+    """Default compliances of the hand and stiffness of its contacts."""
+
+    joint: NonNegative | dict[str, NonNegative] = 0.1
+    """C_q [rad/(N m)], one number or one for every independent joint by its name."""
+    structural: Positive = 0.1
+    """C_s [m/N]."""
+    contact_stiffness: NonNegative = 1e5
+    """K_c [N/m]."""
+
+
+class LimitDescription(_Strict):
+    """What the hand can bear beyond the joint limits of its URDF."""
+
+    normal_force: Positive | None = None
+    """Largest normal force of a contact [N]; no limit if left out."""
+
+
+class ContactDescription(_Strict):
+    """One contact of the hand: a point fixed to a URDF frame and the radius of the fingertip or link around it."""
+
+    frame: str
+    radius: NonNegative = 0.0
+    """Fingertip radius [m]; 0 is the point fingertip of [Mavrogiannis2014]."""
+    offset: Vector3 = (0.0, 0.0, 0.0)
+    """Where the point sits in the frame [m]."""
+
+
+class SynergyFiles(_Strict):
+    """Named synergy sets; paths are relative to the description file."""
+
+    default: str | None = None
+    with_clearance: str | None = None
+    """The default where links have to keep clear of the object and of each other."""
+    sets: dict[str, str] = Field(default_factory=dict)
+
+    def default_for(self, clearance: bool) -> str | None:
+        """Return the default set, where links have to keep clear or not; None if there is none."""
+        return (self.with_clearance if clearance else None) or self.default
+
+
+class CollisionDescription(_Strict):
+    """Which links are never checked against each other."""
+
+    ignore: tuple[tuple[str, str], ...] = ()
+
+
+class HandDescription(_Strict):
+    """Everything the description file says."""
+
+    name: str = Field(min_length=1)
+    title: str = ""
+    urdf: str
+    """URDF file, relative to the description file, or ``example-robot-data:robots/…`` within that package."""
+    joints: tuple[str, ...] = Field(min_length=1)
+    """Independent joints in the order of q; the others mimic one of these."""
+    palm: PalmDescription
+    remark1: FingerOrder | None = None
+    compliance: ComplianceDescription = ComplianceDescription()
+    limits: LimitDescription = LimitDescription()
+    contact_sets: dict[str, dict[str, ContactDescription]] = Field(default_factory=dict)
+    """Contact sets by name, each with named contacts in order; the first set is the default."""
+    grasp_centres: dict[str, Vector3] = Field(default_factory=dict)
+    """Where the middle of an object sits in P [m], for contact sets that hold it elsewhere than the palm says."""
+    synergies: SynergyFiles = SynergyFiles()
+    collision: CollisionDescription = CollisionDescription()
+
+
+def read_hand_description(path: Path) -> HandDescription:
+    """Read and check a hand description.
+
+    Args:
+        path: TOML file.
+
+    Returns:
+        The description.
+
+    Raises:
+        FileFormatError: If the file can't be read, is no TOML or breaks the layout; the reason names the key.
+    """
+    text = read_text_file(path, MAX_DESCRIPTION_BYTES)
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise FileFormatError(path, f"is not valid TOML: {error}") from None
+    try:
+        return HandDescription.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise FileFormatError(path, f"key {key!r}: {first['msg']} (got {first['input']!r})") from None
+
+
+def hand_library() -> dict[str, Path]:
+    """Return the hands that come with the package.
+
+    Returns:
+        Description file of each hand by name, sorted.
+    """
+    installed = PACKAGE_FOLDER / "urdf"
+    root = installed if installed.is_dir() else PACKAGE_FOLDER.parent / "urdf"
+    return {path.stem: path for path in sorted(root.glob("*/*.toml"))}
+
+
+def find_hand(name_or_path: str | Path) -> Path:
+    """Return the description file of a hand.
+
+    Args:
+        name_or_path: Name of a hand of the package, or path of a description file.
+
+    Returns:
+        Path of the TOML file.
+
+    Raises:
+        NameNotFoundError: If it is neither; lists the hands that exist.
+        FileFormatError: If it looks like a path and there is no such file.
+    """
+    library = hand_library()
+    text = str(name_or_path)
+    if text in library:
+        return library[text]
+    path = Path(name_or_path)
+    if path.is_file():
+        return path
+    if isinstance(name_or_path, Path) or path.suffix or len(path.parts) > 1:
+        raise FileFormatError(path, "no such hand description file")
+    raise NameNotFoundError("hand", text, library)

@@ -1,0 +1,93 @@
+"""Where a finger of a plain URDF is likely to touch an object: a named tip frame, or the end of its last link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from ..spatial import Array
+from .urdf_file import UrdfFile
+
+TIP_WORDS = ("tip", "pad", "end")
+"""Words in the name of a frame that marks a fingertip."""
+DEFAULT_RADIUS = 0.01
+"""Radius of a fingertip whose geometry does not say it [m]."""
+
+
+@dataclass(frozen=True)
+class Fingertip:
+    """A likely contact.
+
+    Attributes:
+        frame: URDF link whose frame carries it.
+        link: Link that moves it.
+        offset: Its centre in the frame [m].
+        radius: Radius of the sphere around it [m].
+        reason: What it was derived from.
+    """
+
+    frame: str
+    link: str
+    offset: tuple[float, float, float]
+    radius: float
+    reason: str
+
+
+def find_fingertip(urdf: UrdfFile, joint: int) -> Fingertip:
+    """Return the likely fingertip of the last joint of a finger.
+
+    Args:
+        urdf: The URDF.
+        joint: Index of the joint in the model.
+
+    Returns:
+        The sphere of a tip frame if there is one, a bare tip frame, or the far end of the last link's geometry.
+    """
+    model = urdf.model
+    frames = [frame for frame in model.frames if frame.parentJoint == joint and frame.type == pin.FrameType.BODY]
+    link = frames[0].name
+    geometries = [entry for entry in urdf.collision_model.geometryObjects if entry.parentJoint == joint]
+    named = [frame for frame in frames[1:] if any(word in frame.name.lower() for word in TIP_WORDS)]
+    ordered = sorted(named or frames[1:], key=lambda frame: -float(np.linalg.norm(frame.placement.translation)))
+    for frame in ordered:
+        for entry in geometries:
+            if isinstance(entry.geometry, coal.Sphere) and model.frames[entry.parentFrame].name == frame.name:
+                centre = (frame.placement.inverse() * entry.placement).translation
+                return Fingertip(frame.name, link, _rounded(centre), float(entry.geometry.radius), "sphere of the tip")
+    if geometries:
+        return _end_of_geometry(frames[0], geometries)
+    if ordered:
+        return Fingertip(ordered[0].name, link, (0.0, 0.0, 0.0), DEFAULT_RADIUS, "tip frame; radius assumed")
+    return Fingertip(link, link, (0.0, 0.0, 0.0), DEFAULT_RADIUS, "last joint: it has no tip frame and no geometry")
+
+
+def _end_of_geometry(frame: Any, geometries: list[Any]) -> Fingertip:
+    """Return the sphere that fills the far end of the last link's collision geometry."""
+    boxes = [_bounds(frame.placement.inverse() * entry.placement, entry.geometry) for entry in geometries]
+    low, high = np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
+    reach = np.where(high > -low, high, low)
+    axis = int(np.argmax(np.abs(reach)))
+    across = np.delete(high - low, axis)
+    radius = float(np.clip(across.min() / 2, 0.002, 0.03))
+    centre = (low + high) / 2
+    centre[axis] = reach[axis] - np.sign(reach[axis]) * radius
+    return Fingertip(frame.name, frame.name, _rounded(centre), round(radius, 5), "far end of the last link")
+
+
+def _bounds(placement: Any, geometry: Any) -> tuple[Array, Array]:
+    """Return the corners of the bounding box of a placed geometry [m]."""
+    geometry.computeLocalAABB()
+    centre, extent = np.array(geometry.aabb_center), np.array(geometry.aabb_local.max_) - np.array(geometry.aabb_center)
+    rotation = np.abs(np.array(placement.rotation))
+    middle = placement.act(centre)
+    return middle - rotation @ extent, middle + rotation @ extent
+
+
+def _rounded(point: Array) -> tuple[float, float, float]:
+    """Return a point to a micrometre."""
+    x, y, z = (round(float(value), 6) + 0.0 for value in point)
+    return x, y, z

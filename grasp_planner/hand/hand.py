@@ -1,0 +1,209 @@
+"""What a hand is: URDF kinematics, coupling of its joints, contact frames and synergies, by joint name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..checks import finite_array
+from ..exceptions import InvalidValueError, NameNotFoundError
+from ..spatial import Array, readonly
+from ..synergies.space import SynergySpace, load_synergies
+from .contact_frame import ContactFrame, find_contact_frame
+from .description import HandDescription
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A robot hand: kinematics, coupling, contact frames and synergies.
+
+    The URDF is loaded with all its joints free; the coupling of [Mavrogiannis2014] section IV (DIP = PIP for
+    the DLR/HIT II) is the linear map ``q_full = coupling @ q + coupling_offset``.
+
+    Attributes:
+        description: What its description file says.
+        folder: Folder of the description file.
+        model: Pinocchio model with all URDF joints, of ``model.nv`` joints.
+        collision_model: Collision geometries (coal) of the links.
+        coupling: From independent to all joint angles, of shape (nv, n_q).
+        coupling_offset: Angles of all joints at q = 0 [rad], of shape (nv,).
+        lower: Lower limits of the independent joints [rad], of shape (n_q,).
+        upper: Upper limits [rad], of shape (n_q,).
+        palm_in_root: Pose of the palm frame P in the root frame of the URDF.
+        palm_normal: Unit normal out of the palm, in P, of shape (3,).
+        closing_axis: Unit axis the fingers close around, in P, of shape (3,).
+        grasp_centre: Where the middle of a grasped object sits, in P [m], of shape (3,).
+    """
+
+    description: HandDescription
+    folder: Path
+    model: Any
+    collision_model: Any
+    coupling: Array
+    coupling_offset: Array
+    lower: Array
+    upper: Array
+    palm_in_root: Any
+    palm_normal: Array
+    closing_axis: Array
+    grasp_centre: Array
+
+    @property
+    def name(self) -> str:
+        """Name of the hand."""
+        return self.description.name
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the independent joints, in the order of q."""
+        return self.description.joints
+
+    @property
+    def n_joints(self) -> int:
+        """Number of independent joints n_q."""
+        return len(self.description.joints)
+
+    @property
+    def contact_set_names(self) -> tuple[str, ...]:
+        """Names of the contact sets; the first is the default."""
+        return tuple(self.description.contact_sets)
+
+    @property
+    def synergy_set_names(self) -> tuple[str, ...]:
+        """Names of the synergy sets that come with the hand."""
+        return tuple(self.description.synergies.sets)
+
+    def joint_index(self, name: str) -> int:
+        """Return the index of an independent joint in q.
+
+        Raises:
+            NameNotFoundError: If there is no such joint; lists those that exist.
+        """
+        try:
+            return self.joint_names.index(name)
+        except ValueError:
+            raise NameNotFoundError("joint", name, self.joint_names) from None
+
+    def posture(self, angles: dict[str, float], base: Array | None = None) -> Array:
+        """Return a posture from joint angles by name.
+
+        Args:
+            angles: Angle of some joints [rad].
+            base: Angles of the others [rad], of shape (n_q,); zero if left out.
+
+        Returns:
+            Posture q [rad], of shape (n_q,).
+
+        Raises:
+            NameNotFoundError: If a joint does not exist.
+        """
+        q = np.zeros(self.n_joints) if base is None else np.array(base, dtype=float)
+        for name, angle in angles.items():
+            q[self.joint_index(name)] = angle
+        return q
+
+    def full_configuration(self, q: Array) -> Array:
+        """Return the angles of all URDF joints of a posture.
+
+        Args:
+            q: Independent joint angles [rad], of shape (n_q,).
+
+        Returns:
+            All joint angles in the order of the Pinocchio model [rad], of shape (nv,).
+        """
+        return self.coupling @ q + self.coupling_offset
+
+    def contact_frames(self, set_name: str | None = None) -> tuple[ContactFrame, ...]:
+        """Return the contact frames of one set.
+
+        Args:
+            set_name: Name of the set, the first one if left out; ``name:contact,contact`` takes only some of its
+                contacts.
+
+        Returns:
+            The frames, in the order of the description.
+
+        Raises:
+            NameNotFoundError: If there is no such set or contact.
+            InvalidValueError: If the hand has no contact frames at all.
+        """
+        sets = self.description.contact_sets
+        if not sets or not all(sets.values()):
+            raise InvalidValueError(
+                f"contact_sets of hand {self.name}", {}, "at least one set with at least one contact frame"
+            )
+        name = set_name if set_name is not None else next(iter(sets))
+        if name not in sets:
+            raise NameNotFoundError("contact set", name, sets)
+        return tuple(find_contact_frame(self.model, label, entry) for label, entry in sets[name].items())
+
+    def centre_of_grasp(self, set_name: str | None = None) -> Array:
+        """Return where the middle of an object sits that is held by a contact set, in P [m], of shape (3,)."""
+        name = set_name if set_name is not None else next(iter(self.description.contact_sets), "")
+        given = self.description.grasp_centres.get(name)
+        return self.grasp_centre if given is None else finite_array(f"grasp_centres.{name}", given, (3,))
+
+    @property
+    def max_normal_force(self) -> float:
+        """Largest normal force of a contact, from the description [N]; infinite if it names none."""
+        given = self.description.limits.normal_force
+        return np.inf if given is None else given
+
+    @cached_property
+    def torque_limits(self) -> Array:
+        """Effort limits of the independent joints in the URDF [N m], infinite where there is none, of shape (n_q,).
+
+        A joint that others mimic drives them too; its own limit is that of its motor.
+        """
+        model = self.model
+        index = [model.joints[model.getJointId(name)].idx_v for name in self.joint_names]
+        effort = np.array(model.effortLimit)[index]
+        return readonly(np.where(effort > 0.0, effort, np.inf))
+
+    @cached_property
+    def joint_compliance(self) -> Array:
+        """Default C_q of the independent joints, from the description [rad/(N m)], of shape (n_q,).
+
+        Raises:
+            NameNotFoundError: If the description names a joint that is not independent.
+            InvalidValueError: If it leaves one out.
+        """
+        given = self.description.compliance.joint
+        if not isinstance(given, dict):
+            return readonly(np.full(self.n_joints, given))
+        for name in given:
+            self.joint_index(name)
+        missing = [name for name in self.joint_names if name not in given]
+        if missing:
+            raise InvalidValueError(f"compliance.joint of hand {self.name}", missing, "a value for every joint")
+        return readonly([given[name] for name in self.joint_names])
+
+    def synergies(self, set_name: str | None = None) -> SynergySpace:
+        """Return a synergy set of the hand, in the order of its joints.
+
+        Args:
+            set_name: Name of the set; the default one if left out.
+
+        Returns:
+            All synergies of the set; take the first n with ``truncated(n)``.
+
+        Raises:
+            NameNotFoundError: If there is no such set.
+            InvalidValueError: If none is named and the hand has no default.
+            FileFormatError: If its file is malformed.
+        """
+        files = self.description.synergies
+        name = set_name if set_name is not None else files.default
+        if name is None:
+            raise InvalidValueError(
+                f"synergies of hand {self.name}",
+                None,
+                "a set and its name as default in [synergies] of its description",
+            )
+        if name not in files.sets:
+            raise NameNotFoundError("synergy set", name, files.sets)
+        return load_synergies(self.folder / files.sets[name]).reordered(self.joint_names)

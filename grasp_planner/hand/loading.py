@@ -1,0 +1,65 @@
+"""A hand from its description file: URDF, coupling, contact frames and palm, looked up and checked once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pinocchio as pin
+
+from ..checks import finite_array, unit_vector
+from ..exceptions import InvalidValueError, NameNotFoundError
+from ..spatial import readonly
+from .contact_frame import frame_index
+from .coupling import joint_coupling, joint_limits
+from .description import find_hand, read_hand_description
+from .hand import Hand
+from .urdf_file import find_robot_file, read_urdf
+
+
+def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
+    """Load a hand.
+
+    Args:
+        name_or_path: Name of a hand of the package, or path of a description file (TOML).
+
+    Returns:
+        The hand.
+
+    Raises:
+        NameNotFoundError: If there is no such hand, or the description names a joint or link that does not exist.
+        FileFormatError: If the description or the URDF is malformed.
+        InvalidValueError: If joint limits or the coupling are unusable.
+    """
+    path = find_hand(name_or_path)
+    description = read_hand_description(path)
+    urdf = read_urdf(find_robot_file(description.urdf, path.parent))
+    model = urdf.model
+    coupling, offset = joint_coupling(model, description.joints, urdf.mimics)
+    palm_in_root = _palm_placement(model, description.palm.link)
+    lower, upper = joint_limits(model, description.joints, coupling, offset)
+    return Hand(
+        description=description,
+        folder=path.parent,
+        model=model,
+        collision_model=urdf.collision_model,
+        coupling=readonly(coupling),
+        coupling_offset=readonly(offset),
+        lower=readonly(lower),
+        upper=readonly(upper),
+        palm_in_root=palm_in_root,
+        palm_normal=unit_vector("palm.normal", description.palm.normal),
+        closing_axis=unit_vector("palm.closing_axis", description.palm.closing_axis),
+        grasp_centre=finite_array("palm.grasp_centre", description.palm.grasp_centre, (3,)),
+    )
+
+
+def _palm_placement(model: Any, link: str) -> Any:
+    """Return the pose of the palm link in the root frame; the palm has to be fixed to the root."""
+    index = frame_index(model, link)
+    if index is None:
+        raise NameNotFoundError("link", link, (f.name for f in model.frames if f.type == pin.FrameType.BODY))
+    frame = model.frames[index]
+    if frame.parentJoint != 0:
+        raise InvalidValueError("palm.link", link, "a link fixed to the root of the URDF")
+    return frame.placement.copy()

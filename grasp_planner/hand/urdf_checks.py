@@ -1,0 +1,176 @@
+"""What keeps a URDF from being used as a hand, found before any library builds it: one clear line for each defect."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections import Counter
+from pathlib import Path
+
+import coal
+import numpy as np
+
+from ..exceptions import FileFormatError
+
+MAX_MESH_BYTES = 200_000_000
+"""Largest mesh of a URDF that is read."""
+USES = ("collision", "visual")
+"""Elements of a link that name meshes."""
+
+
+def parse_robot(path: Path, text: str) -> ET.Element:
+    """Return the root element of a URDF.
+
+    Args:
+        path: The file, for messages.
+        text: Its text, without a document type.
+
+    Returns:
+        The <robot> element.
+
+    Raises:
+        FileFormatError: If it is no XML or its root is not <robot>.
+    """
+    try:
+        robot = ET.fromstring(text)
+    except ET.ParseError as error:
+        raise FileFormatError(path, f"is not valid XML: {error}") from None
+    if robot.tag != "robot":
+        raise FileFormatError(path, f"is no URDF: its root element is <{robot.tag}>, not <robot>")
+    return robot
+
+
+def joint_defects(robot: ET.Element) -> list[str]:
+    """Return what is wrong with the joints, one line each: kinds, limits, axes, mimics and the tree they make."""
+    joints = robot.findall("joint")
+    if not any(joint.get("type") != "fixed" for joint in joints):
+        return ["has no moving joint"]
+    by_name = {joint.get("name", ""): joint for joint in joints}
+    defects = [line for joint in joints if joint.get("type") != "fixed" for line in _moving_defects(joint, by_name)]
+    return [*defects, *_tree_defects(robot)]
+
+
+def package_folders(path: Path, text: str) -> tuple[Path, ...]:
+    """Return the folders in which the meshes of a URDF are looked for.
+
+    Args:
+        path: The URDF.
+        text: Its text; ``package://NAME/…`` is found if a folder NAME lies beside or above the file.
+
+    Returns:
+        The file's own folder, then those that hold the named packages.
+    """
+    names = sorted(set(re.findall(r"package://([\w.-]+)/", text)))
+    parents = path.resolve().parents
+    holding = {parent for name in names for parent in parents if (parent / name).is_dir()}
+    return path.parent, *sorted(holding, key=lambda parent: -len(parent.parts))
+
+
+def mesh_defects(path: Path, text: str, robot: ET.Element, *, collision_only: bool = False) -> list[str]:
+    """Return the mesh files that are missing or too large, and collision meshes that can't be read, one line each.
+
+    Args:
+        path: The URDF.
+        text: Its text.
+        robot: Its root element.
+        collision_only: Whether meshes that are only seen do not matter.
+
+    Returns:
+        The lines; empty if every mesh is there.
+    """
+    folders = package_folders(path, text)
+    solid, seen = (
+        {mesh.get("filename", "") for place in robot.iter(tag) for mesh in place.iter("mesh")} for tag in USES
+    )
+    lines = []
+    for name in sorted(solid if collision_only else solid | seen):
+        found = _find_mesh(name, folders)
+        if found is None:
+            lines.append(f"mesh {name!r} is missing")
+        elif found.stat().st_size > MAX_MESH_BYTES:
+            lines.append(f"mesh {name!r} is larger than the {MAX_MESH_BYTES} bytes allowed")
+        elif name in solid and not _readable(found):
+            lines.append(f"mesh {name!r} is no mesh that can be read")
+    return lines
+
+
+def joint_range(joint: ET.Element) -> tuple[float, float]:
+    """Return the limits of a joint [rad], NaN where there is no finite number."""
+    limit = joint.find("limit")
+    if limit is None:
+        return float("nan"), float("nan")
+    return _number(limit.get("lower")), _number(limit.get("upper"))
+
+
+def _moving_defects(joint: ET.Element, by_name: dict[str, ET.Element]) -> list[str]:
+    """Return what is wrong with a joint that moves."""
+    name, kind, mimic, axis = joint.get("name", ""), joint.get("type", ""), joint.find("mimic"), joint.find("axis")
+    if kind != "revolute":
+        return [f"joint {name!r} is {kind or 'of no type'}: only revolute joints are supported"]
+    defects = []
+    lower, upper = joint_range(joint)
+    if not lower < upper:
+        defects.append(f"joint {name!r} has no usable limits: lower and upper have to be numbers, lower < upper")
+    if axis is not None:
+        along = [_number(part) for part in axis.get("xyz", "1 0 0").split()]
+        if len(along) != 3 or not np.linalg.norm(along) > 1e-6:
+            defects.append(f"joint {name!r} has no usable axis: three numbers that are not all zero")
+    if mimic is None:
+        return defects
+    source = by_name.get(mimic.get("joint", ""))
+    if source is None:
+        defects.append(f"joint {name!r} mimics {mimic.get('joint')!r}, which does not exist")
+    elif source.find("mimic") is not None:
+        defects.append(f"joint {name!r} mimics {source.get('name')!r}, which is a mimic joint itself")
+    return defects
+
+
+def _tree_defects(robot: ET.Element) -> list[str]:
+    """Return why links and joints make no tree: names given twice, ends that are missing, loops, several roots."""
+    defects = []
+    for tag in ("link", "joint"):
+        counts = Counter(element.get("name", "") for element in robot.findall(tag))
+        defects += [f"{tag} {name!r} is defined {count} times" for name, count in counts.items() if count > 1]
+    links = {link.get("name", "") for link in robot.findall("link")}
+    parents: dict[str, str] = {}
+    for joint in robot.findall("joint"):
+        ends = {}
+        for tag in ("parent", "child"):
+            element = joint.find(tag)
+            ends[tag] = "" if element is None else element.get("link", "")
+            if ends[tag] not in links:
+                defects.append(f"joint {joint.get('name')!r} has no {tag} link that exists (got {ends[tag]!r})")
+        if ends["child"] in parents:
+            defects.append(f"link {ends['child']!r} hangs on two joints; closed chains are not supported")
+        parents[ends["child"]] = ends["parent"]
+    roots = sorted(links - set(parents))
+    if not defects and len(roots) != 1:
+        what = f"has several roots ({', '.join(roots)})" if roots else "has no root link: its joints close a loop"
+        defects.append(f"{what}; links have to make one tree")
+    return defects
+
+
+def _find_mesh(name: str, folders: tuple[Path, ...]) -> Path | None:
+    """Return the file of a mesh of a URDF; None if it is not there."""
+    inner = re.sub(r"^(package|file|model)://", "", name)
+    try:
+        return next((folder / inner for folder in folders if inner and (folder / inner).is_file()), None)
+    except (OSError, ValueError):
+        return None
+
+
+def _readable(path: Path) -> bool:
+    """Return whether coal finds triangles in a mesh file."""
+    try:
+        return bool(coal.MeshLoader().load(str(path), np.ones(3)).num_tris > 0)
+    except Exception:  # Assimp has many ways to fail
+        return False
+
+
+def _number(text: str | None) -> float:
+    """Return a finite number of the file, NaN if it is none."""
+    try:
+        value = float(text or "nan")
+    except ValueError:
+        return float("nan")
+    return value if np.isfinite(value) else float("nan")

@@ -1,0 +1,1 @@
+"""What a grasp is worth by the clear formulas: clearances, load cases, margins, stability."""

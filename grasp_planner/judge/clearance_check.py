@@ -1,0 +1,158 @@
+"""The independent check of clearances: exact distances by coal between the hand's geometry, the object and the ground.
+
+Nothing here is shared with the search's own form in :mod:`grasp_planner.evaluation.clearance` but coal's accuracy
+settings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from ..collision.coal_distances import signed_distance
+from ..problem.problem import GraspProblem
+from ..spatial import Array
+
+ClearanceKind = Literal["link_object", "self_collision", "ground"]
+
+TOLERATED = 1e-4
+"""Most overlap of a touching link with the object that the error of the object's distance may excuse [m]."""
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """How far one solid of the hand is from another one, from the object or from the ground.
+
+    Attributes:
+        kind: What the second one is.
+        link_a: Link of the first solid.
+        link_b: Link of the second one, ``object`` or ``ground``.
+        distance: Signed distance, negative if they overlap [m].
+        point_a: Nearest point of the first one in O [m], of shape (3,).
+        point_b: Nearest point of the second one in O [m], of shape (3,).
+        exempt: Whether it is meant to overlap: the last link around a point fingertip and the object.
+        tolerated: Overlap that is no violation [m]: where a link touches a mesh, the search sees the mesh through a
+            smooth distance, and its contact may be off by that distance's error.
+    """
+
+    kind: ClearanceKind
+    link_a: str
+    link_b: str
+    distance: float
+    point_a: Array
+    point_b: Array
+    exempt: bool = False
+    tolerated: float = 0.0
+
+
+def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> tuple[Clearance, ...]:
+    """Return the clearances of all solids from the object, from each other and from the ground if there is one.
+
+    A point fingertip lies inside the physical one, so that its link overlaps the object by about the finger's
+    radius; these pairs are marked ``exempt``.
+
+    Args:
+        problem: Hand, object, contact set and the height of the ground.
+        q: Independent joint angles [rad], of shape (n_q,).
+        palm_in_object: Pose of the palm frame in O.
+
+    Returns:
+        One entry for each pair of solids that is not ignored by the hand's description.
+    """
+    hand = problem.hand
+    entries = list(hand.collision_model.geometryObjects)
+    links = [hand.model.frames[entry.parentFrame].name for entry in entries]
+    poses = _placements(problem, q, palm_in_object)
+    exempt_joints = {frame.joint_id for frame in problem.frames if frame.radius == 0.0}
+    touching_joints = {frame.joint_id for frame in problem.frames}
+    mesh_error = min(problem.grasp_object.solid.distance_error, TOLERATED)
+    solid, identity = problem.grasp_object.solid.coal_geometry(), coal.Transform3s()
+    found = []
+    for entry, link, pose in zip(entries, links, poses, strict=True):
+        value, on_link, on_object, _ = signed_distance(entry.geometry, pose, solid, identity)
+        joint = int(entry.parentJoint)
+        tolerated = mesh_error if joint in touching_joints else 0.0
+        pair = Clearance("link_object", link, "object", value, on_link, on_object, joint in exempt_joints, tolerated)
+        found.append(pair)
+    ignored = {frozenset(pair) for pair in hand.description.collision.ignore}
+    for j, second in enumerate(entries):
+        for i, first in enumerate(entries[:j]):
+            if first.parentJoint == second.parentJoint or frozenset((links[i], links[j])) in ignored:
+                continue
+            value, on_a, on_b, _ = signed_distance(first.geometry, poses[i], second.geometry, poses[j])
+            found.append(Clearance("self_collision", links[i], links[j], value, on_a, on_b))
+    if problem.clearance.ground is not None:
+        ground = coal.Halfspace(np.array(problem.up), float(problem.clearance.ground))
+        for entry, link, pose in zip(entries, links, poses, strict=True):
+            value, on_link, below, _ = signed_distance(entry.geometry, pose, ground, identity)
+            found.append(Clearance("ground", link, "ground", value, on_link, below))
+    return tuple(found)
+
+
+def least_distance(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Clearance | None:
+    """Return the closest pair of a kind that is not exempt; None if there is none."""
+    return min(_counted(clearances, kind), key=lambda pair: pair.distance, default=None)
+
+
+def penetration(clearances: tuple[Clearance, ...], kind: ClearanceKind, tolerant: bool = False) -> float:
+    """Return the deepest overlap of a kind [m], beyond what is tolerated if so asked; 0 if there is none."""
+    overlaps = (-pair.distance - tolerant * pair.tolerated for pair in _counted(clearances, kind))
+    return max(0.0, max(overlaps, default=0.0))
+
+
+def joint_centre_depth(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> float:
+    """Return how deep the deepest joint centre lies inside the object [m]; 0 if none does; Remark 2."""
+    hand = problem.hand
+    data = hand.model.createData()
+    pin.forwardKinematics(hand.model, data, hand.full_configuration(np.asarray(q)))
+    root = palm_in_object * hand.palm_in_root.inverse()
+    centres = np.array([(root * placement).translation for placement in data.oMi.tolist()[1:]])
+    return float(max(0.0, -problem.grasp_object.solid.sample(centres).distance.min()))
+
+
+def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, normals: Array) -> float:
+    """Return the largest −n·a of the touching last links, 0 if none leans beyond the object's tangent plane.
+
+    Args:
+        problem: Hand and contact set.
+        q: Independent joint angles [rad], of shape (n_q,).
+        palm_in_object: Pose of the palm frame in O.
+        normals: Contact normals into the object, in O, of shape (n_c, 3).
+
+    Returns:
+        The overhang, dimensionless.
+    """
+    hand = problem.hand
+    data = hand.model.createData()
+    pin.framesForwardKinematics(hand.model, data, hand.full_configuration(np.asarray(q)))
+    turn = np.array((palm_in_object * hand.palm_in_root.inverse()).rotation)
+    worst = 0.0
+    for frame, normal in zip(problem.frames, normals, strict=True):
+        if frame.joint_id in hand.model.parents.tolist()[1:]:
+            continue  # an inner link
+        axis = data.oMf[frame.frame_id].act(np.array(frame.offset)) - data.oMi[frame.joint_id].translation
+        length = float(np.linalg.norm(axis))
+        if length > 1e-6:
+            worst = max(worst, -float(normal @ (turn @ axis)) / length)
+    return worst
+
+
+def _counted(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Iterator[Clearance]:
+    """Yield the pairs of a kind that are not meant to overlap."""
+    return (pair for pair in clearances if pair.kind == kind and not pair.exempt)
+
+
+def _placements(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> list[Any]:
+    """Return the poses of all collision geometries in O, as coal takes them."""
+    hand = problem.hand
+    data, geometry_data = hand.model.createData(), hand.collision_model.createData()
+    full = hand.full_configuration(np.asarray(q))
+    pin.updateGeometryPlacements(hand.model, data, hand.collision_model, geometry_data, full)
+    root = palm_in_object * hand.palm_in_root.inverse()
+    poses = [root * placement for placement in geometry_data.oMg]
+    return [coal.Transform3s(np.array(pose.rotation), np.array(pose.translation)) for pose in poses]

@@ -1,0 +1,101 @@
+"""The independent check of the load cases: the hand's passive answer and the limits, one clear formula a function."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..model.compliance import series_stiffness, weighted_right_inverse
+from ..model.friction import force_norm, friction_margins, normal_forces
+from ..problem.problem import GraspProblem
+from ..spatial import Array
+
+
+def response_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
+    """Return R = G_K^R of the stiffness of hand and contacts in series.
+
+    Args:
+        problem: The problem.
+        grasp: G, of shape (6, 3 n_c).
+        jacobian: J [m/rad], of shape (3 n_c, n_q).
+
+    Returns:
+        R, of shape (3 n_c, 6): a disturbance Δw changes the contact forces by −R Δw.
+    """
+    stiffness = series_stiffness(jacobian, problem.joint_compliance, problem.parameters.contact_stiffness)
+    return weighted_right_inverse(grasp, stiffness)
+
+
+def displacement_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
+    """Return K Gᵀ of the stiffness of hand and contacts in series.
+
+    Args:
+        problem: The problem.
+        grasp: G, of shape (6, 3 n_c).
+        jacobian: J [m/rad], of shape (3 n_c, n_q).
+
+    Returns:
+        K Gᵀ, of shape (3 n_c, 6): a twist ν of the object, palm and references held, changes f by −K Gᵀ ν.
+    """
+    return series_stiffness(jacobian, problem.joint_compliance, problem.parameters.contact_stiffness) @ grasp.T
+
+
+def case_forces(forces: Array, response: Array, cases: Array) -> Array:
+    """Return the contact forces f − R Δw_k of load cases [N], of shape (n_k, n_c, 3).
+
+    Args:
+        forces: Nominal f [N], of shape (n_c, 3).
+        response: R, of shape (3 n_c, 6), or with K Gᵀ behind it (3 n_c, 12).
+        cases: Δw_k in O [N, N m], of shape (n_k, 6), or with ν_k behind it (n_k, 12).
+    """
+    return forces - (cases @ response.T).reshape(len(cases), -1, 3)
+
+
+def load_violations(
+    problem: GraspProblem, forces: Array, normals: Array, jacobian: Array, grasp: Array
+) -> dict[str, float]:
+    """Return the largest violation over all load cases of each limit asked for, in the unit at the end of its name.
+
+    Args:
+        problem: The problem.
+        forces: Nominal f [N], of shape (n_c, 3).
+        normals: Unit normals into the object, of shape (n_c, 3).
+        jacobian: J [m/rad], of shape (3 n_c, n_q).
+        grasp: G, of shape (6, 3 n_c).
+
+    Returns:
+        Violations by name; empty without load cases.
+    """
+    loads, mass = problem.loads, problem.grasp_object.mass
+    if not loads.active:
+        return {}
+    response: Array = np.zeros((forces.size, 6))
+    if loads.disturbed:
+        response = response_matrix(problem, grasp, jacobian)
+    if loads.displaced:
+        response = np.hstack([response, displacement_matrix(problem, grasp, jacobian)])
+    friction = problem.parameters.friction / loads.friction_safety
+    cones = [friction_margins(f, normals, friction).min() for f in case_forces(forces, response, loads.cases(mass))]
+    rows = np.einsum("ij,ijk->ik", normals, response.reshape(len(normals), 3, -1))
+    low, high = _extremes(problem, normal_forces(forces, normals), rows)
+    found = {
+        "load_friction_n": -min(cones),
+        "load_min_normal_n": loads.min_normal_force - low.min(),
+        "load_max_normal_n": high.max() - problem.max_normal_force,
+    }
+    low, high = _extremes(problem, jacobian.T @ forces.ravel(), jacobian.T @ response)
+    found["load_torque_nm"] = (np.maximum(high, -low) - problem.torque_limits).max()
+    if loads.max_force_norm is not None:
+        found["load_force_norm_n"] = force_norm(forces, normals) - loads.max_force_norm
+    return {name: float(max(0.0, value)) for name, value in found.items()}
+
+
+def _extremes(problem: GraspProblem, nominal: Array, rows: Array) -> tuple[Array, Array]:
+    """Return least and largest values of v − a·Δw over the listed cases and, by |a| times the radius, the spheres."""
+    loads = problem.loads
+    low = high = nominal
+    for case in loads.listed():
+        low, high = np.minimum(low, nominal - rows @ case), np.maximum(high, nominal - rows @ case)
+    for part, radius in loads.spheres(problem.grasp_object.mass):
+        swing = radius * np.linalg.norm(rows[:, part], axis=1)
+        low, high = np.minimum(low, nominal - swing), np.maximum(high, nominal + swing)
+    return low, high

@@ -1,0 +1,1 @@
+"""The paper, one documented formula a function: contacts, friction, compliance, task, force closure."""

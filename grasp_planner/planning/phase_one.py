@@ -1,0 +1,157 @@
+"""Phase one by least squares: from any start to a point that meets every constraint, or close to one.
+
+First the geometry alone (gaps, clearances, order of the fingers) with contact normals that oppose each other, then
+internal forces, then everything. Also the last polish of a solution that is feasible but for the solver's accuracy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import nnls
+
+from ..evaluation.state import GraspState
+from ..spatial import Array, skew
+from ..terms.base import Constraint
+from .least_squares import restore_feasibility
+from .program import GraspProgram
+
+WEIGHTS = {"m": 1000.0, "rad": 30.0, "N": 1.0, "N m": 10.0, "1": 3.0}
+"""Weights of violations by unit: millimetres, newtons and a few degrees count alike."""
+MARGINS = {"m": 1e-4, "rad": 1e-3, "N": 0.05, "N m": 1e-3, "1": 0.02}
+"""How far inside inequalities phase one ends, by unit."""
+POLISH_MARGINS = {"m": 1e-8, "rad": 1e-8, "N": 1e-6, "N m": 1e-8, "1": 1e-8}
+"""How far inside inequalities the polish ends, by unit."""
+OPPOSITION_WEIGHT = 3.0
+"""Weight of the balance of contact normals."""
+SYNERGY_WEIGHT = 10.0
+"""Weight of joint angles that only bending under load can give [1/rad]."""
+LEAST_SHARE = 0.4
+"""Every contact carries at least this part of an equal share in the balance of normals."""
+SQUEEZE = 2.0
+"""Normal force the internal forces start from [N]."""
+GEOMETRY_EVALUATIONS, ALL_EVALUATIONS, POLISH_EVALUATIONS = 40, 100, 25
+
+ResidualAndJacobian = Callable[[Array], tuple[Array, Array]]
+Stage = Literal["geometry", "all", "polish"]
+
+
+def reach_feasibility(program: GraspProgram, z: Array, check: Callable[[], None]) -> Array:
+    """Return a point near a start that meets every constraint as well as possible.
+
+    Args:
+        program: The program.
+        z: Start in scaled variables, of shape (n,).
+        check: Called at every evaluation; may raise to stop.
+
+    Returns:
+        The point, of shape (n,).
+    """
+    z = _restore(program, z, "geometry", GEOMETRY_EVALUATIONS, check)
+    z = squeezed(program, z)
+    return _restore(program, z, "all", ALL_EVALUATIONS, check)
+
+
+def polish(program: GraspProgram, z: Array, check: Callable[[], None]) -> Array:
+    """Return the point near a solution that meets every constraint to rounding, if there is one."""
+    return _restore(program, z, "polish", POLISH_EVALUATIONS, check)
+
+
+def squeezed(program: GraspProgram, z: Array) -> Array:
+    """Return the variables with the δσ whose contact forces come closest to pressing with 2 N at every contact."""
+    state, layout = program.state(z), program.evaluator.layout
+    by_delta = state.d_forces[:, layout.displacement] * program.scale[layout.displacement]
+    wanted = SQUEEZE * state.geometry.normals.ravel() - (state.forces.ravel() - by_delta @ z[layout.displacement])
+    result = np.array(z)
+    gram = by_delta.T @ by_delta + 1e-3 * np.eye(by_delta.shape[1])
+    result[layout.displacement] = np.linalg.solve(gram, by_delta.T @ wanted)
+    return result
+
+
+def opposition(state: GraspState, length: float) -> tuple[Array, Array]:
+    """Return how far the contact normals are from balancing each other, and its derivatives.
+
+    The residual is Σ a_i (n_i, c_i × n_i / L) for the shares a_i ≥ 0.4/n_c that make it least, Σ a_i = 1; its
+    derivative is taken at fixed shares.
+
+    Args:
+        state: The state.
+        length: Characteristic length L [m].
+
+    Returns:
+        Residual, dimensionless, of shape (6,), and its derivatives by x, of shape (6, n_x).
+    """
+    geometry = state.geometry
+    normals, points = geometry.normals, geometry.points
+    count = len(normals)
+    wrenches = np.vstack([normals.T, (skew(points) @ normals[:, :, None])[:, :, 0].T / length])
+    least = np.full(count, LEAST_SHARE / count)
+    system = np.vstack([wrenches, np.full((1, count), 10.0)])
+    extra, _ = nnls(system, np.append(np.zeros(6), 10.0) - system @ least)
+    shares = extra + least
+    derivative = np.zeros((6, state.x.size))
+    size = geometry.d_points.shape[2]
+    derivative[:3, :size] = np.einsum("i,ijk->jk", shares, geometry.d_normals)
+    turning = skew(points) @ geometry.d_normals - skew(normals) @ geometry.d_points
+    derivative[3:, :size] = np.einsum("i,ijk->jk", shares, turning) / length
+    return wrenches @ shares, derivative
+
+
+def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, check: Callable[[], None]) -> Array:
+    """Run one stage."""
+    margins = POLISH_MARGINS if stage == "polish" else MARGINS
+    terms = [term for term in program.constraints if stage != "geometry" or term.geometric]
+    length = program.problem.grasp_object.length_scale
+
+    def equality(z: Array) -> tuple[Array, Array]:
+        check()
+        value, slope = weighted_residuals(program, z, [term for term in terms if term.equality], {})
+        if stage != "geometry":
+            return value, slope
+        state = program.state(z)
+        balance, derivative = opposition(state, length)
+        bent, bending = program.evaluator.synergy_distance(state.x)
+        value = np.concatenate([value, OPPOSITION_WEIGHT * balance, SYNERGY_WEIGHT * bent])
+        rows = np.vstack([OPPOSITION_WEIGHT * derivative, SYNERGY_WEIGHT * bending])
+        return value, np.vstack([slope, rows * program.scale])
+
+    def inequality(z: Array) -> tuple[Array, Array]:
+        return weighted_residuals(program, z, [term for term in terms if not term.equality], margins)
+
+    lower, upper = program.bounds()
+    return restore_feasibility(
+        equality,
+        inequality,
+        z,
+        lower,
+        upper,
+        max_evaluations=evaluations,
+        tolerance=1e-12 if stage == "polish" else 1e-6,
+        regularisation=1e-6 if stage == "polish" else 1e-3,
+    )
+
+
+def weighted_residuals(
+    program: GraspProgram, z: Array, terms: list[Constraint], margins: Mapping[str, float]
+) -> tuple[Array, Array]:
+    """Return residuals of terms less margins, weighted by their units, and their Jacobian.
+
+    Args:
+        program: The program.
+        z: Scaled variables, of shape (n,).
+        terms: The terms.
+        margins: What is taken off the residuals, by unit.
+
+    Returns:
+        Residuals of shape (m,) and their derivatives by z, of shape (m, n); not finite far from any grasp, which
+        least squares answers with a shorter step.
+    """
+    if not terms:
+        return np.zeros(0), np.zeros((0, z.size))
+    state, problem = program.state(z), program.problem
+    pairs = [(WEIGHTS[term.unit], term) for term in terms]
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = np.concatenate([w * (term.residual(problem, state) - margins.get(term.unit, 0.0)) for w, term in pairs])
+        return value, np.vstack([w * term.jacobian(problem, state) for w, term in pairs]) * program.scale

@@ -1,0 +1,150 @@
+"""From a grasp problem to a scaled nonlinear program: which terms play which role, and in which units."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+
+from ..evaluation.state import GraspState, StateEvaluator
+from ..problem.problem import GraspProblem
+from ..spatial import Array
+from ..terms.base import Constraint
+from ..terms.clearance import problem_constraints
+from .nlp import NonlinearProgram
+
+JOINT_SCALE = 0.3
+"""A unit step of a scaled joint angle [rad]."""
+TRANSLATION_SCALE = 0.1
+"""A unit step of the scaled palm translation [m]."""
+ROTATION_SCALE = 1.0
+"""A unit step of the scaled palm rotation [rad]."""
+UNIT_FORCE_ARM = 0.08
+"""A unit step of scaled δσ presses with about 1 N through this length: δσ = 1/(0.08 m · K) [m]."""
+TRANSLATION_REACH = 0.2
+"""How far the palm may move from its start in one solve, per axis [m]."""
+ROTATION_REACH = 2.0
+"""How far the palm may turn from its start in one solve, per axis [rad]."""
+TYPICAL_FORCE = 5.0
+"""Force that sets the scale of F in the objective [N]."""
+PHASE_ONE_FORCE_WEIGHT = 0.1
+"""Weight of F [1/N] while phase one looks for feasibility."""
+
+Phase = Literal["one", "two"]
+
+
+class GraspProgram:
+    """The scaled program of a problem around one palm pose; evaluates each point once.
+
+    Attributes:
+        problem: The problem.
+        evaluator: Evaluates states.
+        scale: x = scale · z, of shape (n_x,).
+        constraints: The constraints of the problem.
+        evaluations: States evaluated so far.
+    """
+
+    def __init__(self, problem: GraspProblem, reference_pose: pin.SE3) -> None:
+        self.problem = problem
+        self.evaluator = StateEvaluator(problem, reference_pose)
+        self.scale = self._variable_scale()
+        self.evaluations = 0
+        self._key: bytes | None = None
+        self._state: GraspState | None = None
+        self.constraints = problem_constraints(problem)
+        self._equalities = [term for term in self.constraints if term.equality]
+        self._inequalities = [term for term in self.constraints if not term.equality]
+
+    def state(self, z: Array) -> GraspState:
+        """Return the state at scaled variables; the last one is remembered."""
+        key = z.tobytes()
+        if self._state is None or key != self._key:
+            self._state, self._key = self.evaluator.evaluate(z * self.scale), key
+            self.evaluations += 1
+        return self._state
+
+    def pack(self, q: Array, pose: pin.SE3, delta_sigma: Array) -> Array:
+        """Return scaled variables of a posture [rad], a palm pose in O and synergy displacements [rad]."""
+        return self.evaluator.pack(q, pose, delta_sigma) / self.scale
+
+    def objective_scale(self, z: Array) -> float:
+        """Return the factor that makes the objective of phase two of order one, from the state at a start."""
+        parameters = self.problem.parameters
+        typical = parameters.force_weight * TYPICAL_FORCE
+        typical += parameters.task_weight * 0.1 * self.state(z).task_index
+        return 1.0 / max(typical, 1e-300)
+
+    def build(self, phase: Phase, objective_scale: float = 1.0) -> NonlinearProgram:
+        """Return the program of a phase.
+
+        Args:
+            phase: ``one`` minimises F alone, to reach feasibility; ``two`` minimises z = w_F F + w_C C (29).
+            objective_scale: Factor of z in phase two.
+
+        Returns:
+            The program in scaled variables.
+        """
+        parameters = self.problem.parameters
+        by_force, by_task = PHASE_ONE_FORCE_WEIGHT, 0.0
+        if phase == "two":
+            by_force = objective_scale * parameters.force_weight
+            by_task = objective_scale * parameters.task_weight
+
+        def objective(z: Array) -> tuple[float, Array]:
+            state = self.state(z)
+            gradient = by_force * state.d_force_norm + by_task * state.d_task_index
+            return by_force * state.force_norm + by_task * state.task_index, gradient * self.scale
+
+        lower, upper = self.bounds()
+        return NonlinearProgram(
+            objective=objective,
+            equality=lambda z: self._stack(self._equalities, z),
+            inequality=lambda z: self._stack(self._inequalities, z),
+            lower=lower,
+            upper=upper,
+        )
+
+    def violations(self, z: Array) -> dict[str, float]:
+        """Return the largest violation of every constraint, in its unit."""
+        state = self.state(z)
+        return {term.name: term.violation(self.problem, state) for term in self.constraints}
+
+    def merit(self, z: Array) -> float:
+        """Return the largest scaled violation: how far from feasible a point is."""
+        found = self.violations(z)
+        return max(term.scale * found[term.name] for term in self.constraints)
+
+    def _stack(self, terms: list[Constraint], z: Array) -> tuple[Array, Array]:
+        """Return scaled residuals and Jacobian of some terms."""
+        state = self.state(z)
+        residual = np.concatenate([term.scale * term.residual(self.problem, state) for term in terms])
+        jacobian = np.vstack([term.scale * term.jacobian(self.problem, state) for term in terms])
+        return residual, jacobian * self.scale
+
+    def _variable_scale(self) -> Array:
+        """Return the size of a unit step of every variable."""
+        layout = self.evaluator.layout
+        scale = np.empty(layout.size)
+        scale[layout.joints] = JOINT_SCALE
+        scale[layout.translation] = TRANSLATION_SCALE
+        scale[layout.rotation] = ROTATION_SCALE
+        scale[layout.displacement] = displacement_step(self.problem)
+        return scale
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return bounds of the scaled variables: joint limits (31) and the reach of the palm; δσ is free."""
+        layout, hand = self.evaluator.layout, self.problem.hand
+        upper = np.full(layout.size, np.inf)
+        upper[layout.translation] = TRANSLATION_REACH
+        upper[layout.rotation] = ROTATION_REACH
+        lower = -upper
+        lower[layout.joints], upper[layout.joints] = hand.lower, hand.upper
+        return lower / self.scale, upper / self.scale
+
+
+def displacement_step(problem: GraspProblem) -> float:
+    """Return a unit step of scaled δσ [rad]."""
+    parameters = problem.parameters
+    stiffness = parameters.contact_stiffness + 1.0 / parameters.structural_compliance
+    return 1.0 / (UNIT_FORCE_ARM * stiffness)

@@ -1,0 +1,99 @@
+"""Where the search starts: one fixed point in front of the object, and seeded random ones around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ..problem.problem import GraspProblem
+from ..spatial import Array, rotation_exp
+
+STANDOFF = 0.05
+"""How far the standard start keeps the object from the middle of the hand, along the palm normal [m]."""
+ELONGATED = 1.3
+"""Ratio of half extents from which an object counts as long; it is then grasped across its long axis."""
+
+
+@dataclass(frozen=True)
+class GraspStart:
+    """A point to start from.
+
+    Attributes:
+        joint_angles: q [rad], of shape (n_q,).
+        palm_pose: Pose of the palm frame P in O.
+        delta_sigma: δσ [rad], of shape (n_s,).
+        prepared: Whether posture and forces nearly fit already, so that phase one need not look for the geometry.
+    """
+
+    joint_angles: Array
+    palm_pose: pin.SE3
+    delta_sigma: Array
+    prepared: bool = False
+
+
+def standard_start(problem: GraspProblem) -> GraspStart:
+    """Return the start without contact (choice A7): the mean posture, the palm in front of the object.
+
+    The closing axis of the hand lies along the object's longest axis, the palm normal along its shortest, and
+    the object's centre is 5 cm farther along the palm normal than the middle of the hand. No internal force.
+
+    Args:
+        problem: The problem.
+
+    Returns:
+        The start.
+    """
+    hand, extents = problem.hand, problem.grasp_object.half_extents
+    order = np.argsort(-extents, kind="stable")
+    # Of equal extents the later axis is the long one, so that the paper's cylinder and a sphere start alike.
+    long_axis = np.eye(3)[2 if np.isclose(extents[2], extents[order[0]]) else order[0]]
+    short = [axis for axis in range(3) if long_axis[axis] == 0.0]
+    approach = np.eye(3)[min(short, key=lambda axis: (extents[axis], axis))]
+    rotation = _palm_rotation(problem, approach, long_axis)
+    centre = problem.grasp_centre + STANDOFF * hand.palm_normal
+    q = np.clip(problem.synergies.mean, hand.lower, hand.upper)
+    return GraspStart(q, pin.SE3(rotation, -rotation @ centre), np.zeros(problem.n_synergies))
+
+
+def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
+    """Return a random start: the palm somewhere around the object, the posture along the synergies.
+
+    Args:
+        problem: The problem.
+        rng: Source of random numbers.
+
+    Returns:
+        The start.
+    """
+    hand, extents = problem.hand, problem.grasp_object.half_extents
+    long_axis = np.eye(3)[int(np.argmax(extents))]
+    if extents.max() < ELONGATED * np.median(extents):
+        long_axis = _unit(rng.normal(size=3))
+    closing = long_axis * rng.choice([-1.0, 1.0])
+    approach = _unit(np.cross(closing, _unit(rng.normal(size=3))))
+    rotation = rotation_exp(rng.normal(0.0, 0.15, 3)) @ _palm_rotation(problem, approach, closing)
+    centre = problem.grasp_centre + rng.normal(0.0, 0.012, 3)
+    along = long_axis * rng.uniform(-0.4, 0.4) * float(extents.max() - extents.min())
+    sigma = rng.normal(0.0, 0.3, problem.n_synergies)
+    q = np.clip(problem.synergies.joint_angles(sigma), hand.lower, hand.upper)
+    return GraspStart(q, pin.SE3(rotation, along - rotation @ centre), np.zeros(problem.n_synergies))
+
+
+def _palm_rotation(problem: GraspProblem, approach: Array, closing: Array) -> Array:
+    """Return the rotation of P in O that takes the palm normal to a direction and the closing axis to another."""
+    hand = problem.hand
+    in_palm = _triad(hand.palm_normal, hand.closing_axis)
+    return _triad(approach, closing) @ in_palm.T
+
+
+def _triad(first: Array, second: Array) -> Array:
+    """Return a right-handed orthonormal basis: the first vector, the second made normal to it, and their product."""
+    second = _unit(second - (first @ second) * first)
+    return np.column_stack([first, second, np.cross(first, second)])
+
+
+def _unit(vector: Array) -> Array:
+    """Return a vector scaled to length one."""
+    return vector / np.linalg.norm(vector)

@@ -1,0 +1,168 @@
+"""What is to be planned: a hand, an object, a task, and the parameters of the model; checked once, then fixed."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from ..checks import finite_array
+from ..exceptions import InvalidValueError, NameNotFoundError
+from ..hand.contact_frame import ContactFrame
+from ..hand.hand import Hand
+from ..model.task_direction import TaskDirection, force_task
+from ..objects import GraspObject
+from ..spatial import Array, readonly
+from ..synergies.space import SynergySpace
+from .clearance_options import ClearanceOptions
+from .load_cases import LoadCases
+from .parameters import GraspParameters
+from .size_check import ObjectSizeWarning, size_warning
+
+
+@dataclass(frozen=True)
+class GraspProblem:
+    """A planning problem: everything that stays fixed while the planner searches.
+
+    Attributes:
+        hand: The hand.
+        grasp_object: The object.
+        tasks: Task directions with weights.
+        n_synergies: Number of synergies n_s.
+        parameters: Parameters of the model.
+        synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances).
+        contact_set: Name of the contact set; the hand's first if None.
+        synergy_space: Synergies to use instead of a named set.
+        clearance: What has to keep clear of what; by default nothing, the paper's plain problem (29)–(32), while
+            ``ClearanceOptions()`` asks for real clearances and Remark 1.
+        contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
+        loads: Disturbances and limits to withstand; by default none, the paper's plain problem, while
+            ``LoadCases()`` asks for practical ones.
+
+    Warns with :class:`ObjectSizeWarning` if the object is far too large or too small for the hand.
+    """
+
+    hand: Hand
+    grasp_object: GraspObject
+    tasks: tuple[TaskDirection, ...] = (force_task((0.0, 1.0, 0.0)),)
+    n_synergies: int = 3
+    parameters: GraspParameters = field(default_factory=GraspParameters)
+    synergy_set: str | None = None
+    contact_set: str | None = None
+    synergy_space: SynergySpace | None = None
+    clearance: ClearanceOptions = field(default_factory=ClearanceOptions.off)
+    contacts: tuple[str, ...] | None = None
+    loads: LoadCases = field(default_factory=LoadCases.off)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tasks", tuple(self.tasks))
+        if self.contacts is not None:
+            chosen = tuple(self.contacts)
+            everything = len(chosen) == len(self.hand.contact_frames(self.contact_set)) == len(set(chosen))
+            object.__setattr__(self, "contacts", chosen)
+            if everything and self.frames:  # a choice of all is no choice: equal problems are equal
+                object.__setattr__(self, "contacts", None)
+        if not self.tasks:
+            raise InvalidValueError("tasks", (), "at least one task direction")
+        n_s, n_q = self.n_synergies, self.hand.n_joints
+        if isinstance(n_s, bool) or not isinstance(n_s, int) or not 1 <= n_s <= n_q:
+            raise InvalidValueError("n_synergies", n_s, f"a whole number from 1 to {n_q}")
+        if n_s < 6 and any(task.is_motion for task in self.tasks):
+            raise InvalidValueError("n_synergies", n_s, "at least 6 for a twist task (β needs rank H_s = 6)")
+        if len(self.frames) < 3:
+            raise InvalidValueError(
+                "contact_set, contacts", [frame.name for frame in self.frames], "at least three contact frames"
+            )
+        if self.loads.disturbed and self.parameters.contact_stiffness == 0.0:
+            raise InvalidValueError("contact_stiffness", 0.0, "more than 0 N/m where there are disturbances")
+        if self.loads.min_normal_force >= self.max_normal_force:
+            raise InvalidValueError(
+                "min_normal_force", self.loads.min_normal_force, f"less than the largest, {self.max_normal_force:g} N"
+            )
+        if not self.grasp_object.size_doubted and (message := size_warning(self.hand, self.frames, self.grasp_object)):
+            warnings.warn(message, ObjectSizeWarning, stacklevel=3)
+        # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
+        _ = self.synergies, self.joint_compliance
+
+    @cached_property
+    def frames(self) -> tuple[ContactFrame, ...]:
+        """Contact frames that have to touch the object, in the order of the set."""
+        frames = self.hand.contact_frames(self.contact_set)
+        if self.contacts is None:
+            return frames
+        known = [frame.name for frame in frames]
+        for name in self.contacts:
+            if name not in known:
+                raise NameNotFoundError("contact", str(name), known)
+        if len(set(self.contacts)) < len(self.contacts):
+            raise InvalidValueError("contacts", self.contacts, "every contact once")
+        return tuple(frame for frame in frames if frame.name in self.contacts)
+
+    @cached_property
+    def grasp_centre(self) -> Array:
+        """Where the middle of the object sits in P for this contact set [m], of shape (3,)."""
+        return self.hand.centre_of_grasp(self.contact_set)
+
+    @cached_property
+    def radii(self) -> Array:
+        """Fingertip radii [m], of shape (n_c,)."""
+        return readonly([frame.radius for frame in self.frames])
+
+    @property
+    def synergy_set_name(self) -> str | None:
+        """Name of the synergy set in use; None for a hand without sets."""
+        return self.synergy_set or self.hand.description.synergies.default_for(self.clearance.needs_geometry)
+
+    @cached_property
+    def synergies(self) -> SynergySpace:
+        """The first n_s synergies, in the order of the hand's joints."""
+        full, hand = self.synergy_space, self.hand
+        space = hand.synergies(self.synergy_set_name) if full is None else full.reordered(hand.joint_names)
+        return space.truncated(self.n_synergies)
+
+    @cached_property
+    def joint_compliance(self) -> Array:
+        """C_q of every joint [rad/(N m)], of shape (n_q,)."""
+        given, n_q = self.parameters.joint_compliance, self.hand.n_joints
+        if given is None:
+            return self.hand.joint_compliance
+        return finite_array("joint_compliance", np.full(n_q, given) if np.ndim(given) == 0 else given, (n_q,))
+
+    @cached_property
+    def max_normal_force(self) -> float:
+        """Largest normal force of a contact [N]; infinite without a limit."""
+        if self.loads.max_normal_force is not None:
+            return self.loads.max_normal_force
+        return self.hand.max_normal_force if self.loads.hand_limits else np.inf
+
+    @cached_property
+    def torque_limits(self) -> Array:
+        """Largest torque of every joint [N m], infinite without a limit, of shape (n_q,)."""
+        limits = self.hand.torque_limits
+        return limits if self.loads.hand_limits else readonly(np.full_like(limits, np.inf))
+
+    @cached_property
+    def external_wrench(self) -> Array:
+        """w_ext [N, N m] in O, of shape (6,): the weight, acting at the centre of mass."""
+        return readonly(np.concatenate([self.grasp_object.mass * self.parameters.gravity, np.zeros(3)]))
+
+    @cached_property
+    def up(self) -> Array:
+        """Unit direction opposite to gravity in O, of shape (3,); +z without gravity."""
+        gravity = self.parameters.gravity
+        size = float(np.linalg.norm(gravity))
+        return readonly(-gravity / size) if size > 0.0 else readonly([0.0, 0.0, 1.0])
+
+    @cached_property
+    def abduction_differences(self) -> Array:
+        """Matrix whose product with q has to be ≥ 0 by Remark 1, of shape (m, n_q); m = 0 for hands without one."""
+        order = self.hand.description.remark1
+        joints = order.abduction_order if order is not None else ()
+        rows = np.zeros((max(len(joints) - 1, 0), self.hand.n_joints))
+        for row, (first, second) in zip(rows, pairwise(joints), strict=True):
+            row[self.hand.joint_index(first)] -= order.sign if order is not None else 0
+            row[self.hand.joint_index(second)] += order.sign if order is not None else 0
+        return readonly(rows)

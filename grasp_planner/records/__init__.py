@@ -1,0 +1,1 @@
+"""The JSON contract: grasps and analyses written and read."""

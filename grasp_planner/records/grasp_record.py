@@ -1,0 +1,259 @@
+"""The JSON form of a grasp: a contract of plain numbers in SI units, checked when written and when read."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from pydantic import ValidationError
+
+from ..exceptions import FileFormatError
+from ..grasp.grasp import Grasp, SearchReport
+from ..hand.hand import Hand
+from ..hand.loading import load_hand
+from ..model.task_direction import parse_task
+from ..objects import parse_object
+from ..problem.clearance_options import ClearanceOptions
+from ..problem.load_cases import LoadCases
+from ..problem.parameters import GraspParameters
+from ..problem.problem import GraspProblem
+from ..spatial import readonly
+from .layout import (
+    ClearanceOptionsRecord,
+    ContactRecord,
+    GraspRecord,
+    LoadCasesRecord,
+    ParameterRecord,
+    PoseRecord,
+    TaskRecord,
+    ViolationRecord,
+)
+from .parts import clearance_records, finite_or_none, margins_record, stability_record
+
+MAX_RECORD_BYTES = 5_000_000
+"""Largest grasp file that is read."""
+
+
+def grasp_record(grasp: Grasp) -> GraspRecord:
+    """Return the record of a grasp; every number is computed by the grasp itself."""
+    problem, search = grasp.problem, grasp.search or SearchReport(seed=0)
+    quaternion = pin.Quaternion(np.array(grasp.palm_pose.rotation))
+    tasks = [
+        TaskRecord(
+            text=task.text,
+            kind=task.kind,
+            direction=task.direction.tolist(),
+            weight=task.weight,
+            transmission_ratio=finite_or_none(ratio),
+            alignment_angle_deg=finite_or_none(angle),
+            alignment_degenerate=degenerate,
+        )
+        for task, ratio, (angle, degenerate) in zip(
+            problem.tasks, grasp.transmission_ratios, grasp.alignments, strict=True
+        )
+    ]
+    return GraspRecord(
+        hand=problem.hand.name,
+        object=problem.grasp_object.text,
+        task=tasks,
+        n_synergies=problem.n_synergies,
+        feasible=grasp.feasible,
+        status=grasp.status,
+        message=grasp.verdict,
+        force_closed=grasp.force_closed,
+        force_closure_margin=finite_or_none(grasp.force_closure_margin),
+        iterations=search.iterations,
+        phase_one_iterations=search.phase_one_iterations,
+        evaluations=search.evaluations,
+        starts_tried=search.starts_tried,
+        starts_feasible=search.starts_feasible,
+        time_s=search.time_s,
+        seed=search.seed,
+        objective=grasp.objective,
+        force_norm=grasp.force_norm,
+        force_norm_floor=finite_or_none(grasp.force_norm_floor),
+        task_index=grasp.task_index,
+        transmission_ratios=[task.transmission_ratio for task in tasks],
+        alignment_angle_deg=tasks[0].alignment_angle_deg,
+        alignment_degenerate=tasks[0].alignment_degenerate,
+        sigma=grasp.sigma.tolist(),
+        delta_sigma=grasp.delta_sigma.tolist(),
+        joint_names=list(problem.hand.joint_names),
+        joint_angles=grasp.joint_angles.tolist(),
+        reference_joint_angles=grasp.reference_joint_angles.tolist(),
+        joint_torques=grasp.joint_torques.tolist(),
+        palm_pose=PoseRecord(
+            position=np.array(grasp.palm_pose.translation).tolist(),
+            quaternion_xyzw=np.array(quaternion.coeffs()).tolist(),
+        ),
+        contacts=_contact_records(grasp),
+        external_wrench=problem.external_wrench.tolist(),
+        parameters=_parameter_record(problem),
+        violations=ViolationRecord(**grasp.violations),
+        clearances=clearance_records(grasp),
+        margins=margins_record(grasp.margins),
+        stability=stability_record(grasp.stability),
+    )
+
+
+def _clearance_options(options: ClearanceOptions) -> ClearanceOptionsRecord:
+    """Return the record of clearance options."""
+    return ClearanceOptionsRecord(**asdict(options))
+
+
+def _contact_records(grasp: Grasp) -> list[ContactRecord]:
+    """Return the records of all contacts."""
+    contacts = grasp.contacts
+    return [
+        ContactRecord(
+            name=frame.name,
+            link=frame.link,
+            frame=frame.frame,
+            radius=frame.radius,
+            point=contacts.points[i].tolist(),
+            normal=contacts.normals[i].tolist(),
+            gap=float(contacts.gaps[i]),
+            force=grasp.forces[i].tolist(),
+            normal_force=float(grasp.normal_forces[i]),
+            friction_margin=float(grasp.friction_margins[i]),
+        )
+        for i, frame in enumerate(grasp.problem.frames)
+    ]
+
+
+def _parameter_record(problem: GraspProblem) -> ParameterRecord:
+    """Return the record of the parameters."""
+    parameters = problem.parameters
+    values = problem.joint_compliance
+    c_q = values[:1].tolist() if np.ptp(values) == 0.0 else values.tolist()
+    return ParameterRecord(
+        mu=parameters.friction,
+        C_s=parameters.structural_compliance,
+        C_q=c_q[0] if len(c_q) == 1 else problem.joint_compliance.tolist(),
+        K_c=parameters.contact_stiffness,
+        w_F=parameters.force_weight,
+        w_C=parameters.task_weight,
+        gravity=parameters.gravity.tolist(),
+        torque_model=parameters.torque_model,
+        synergy_set=problem.synergy_set_name if problem.synergy_space is None else None,
+        contact_set=problem.contact_set or problem.hand.contact_set_names[0],
+        clearance=_clearance_options(problem.clearance),
+        loads=LoadCasesRecord(**asdict(problem.loads)),
+    )
+
+
+def grasp_json(grasp: Grasp) -> str:
+    """Return the JSON text of a grasp."""
+    return grasp_record(grasp).model_dump_json(indent=2) + "\n"
+
+
+def read_grasp_record(path: Path) -> GraspRecord:
+    """Read a grasp file.
+
+    Args:
+        path: JSON file.
+
+    Returns:
+        The record.
+
+    Raises:
+        FileFormatError: If it can't be read, is too large, or breaks the contract; the reason names the key.
+    """
+    try:
+        if path.stat().st_size > MAX_RECORD_BYTES:
+            raise FileFormatError(path, f"larger than the {MAX_RECORD_BYTES} bytes allowed")
+        content = path.read_bytes()
+    except OSError as error:
+        raise FileFormatError(path, error.strerror or "can't be read") from None
+    return parse_grasp_record(content, path)
+
+
+def parse_grasp_record(content: bytes, source: Path | str) -> GraspRecord:
+    """Return the record of JSON text.
+
+    Args:
+        content: The text, in UTF-8.
+        source: Where it comes from, for messages.
+
+    Returns:
+        The record.
+
+    Raises:
+        FileFormatError: If it is too large, no UTF-8, no JSON, or breaks the contract; the reason names the key.
+    """
+    if len(content) > MAX_RECORD_BYTES:
+        raise FileFormatError(source, f"larger than the {MAX_RECORD_BYTES} bytes allowed")
+    try:
+        return GraspRecord.model_validate_json(content.decode("utf-8"))
+    except UnicodeDecodeError:
+        raise FileFormatError(source, "is not UTF-8 text") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise FileFormatError(source, f"key {key!r}: {first['msg']}") from None
+
+
+def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
+    """Return the grasp of a record; every derived number is computed anew.
+
+    Args:
+        record: The record.
+        hand: The hand it is for; loaded by its name if left out.
+
+    Returns:
+        The grasp, without the history of its search.
+
+    Raises:
+        GraspPlannerError: If the hand, object, task or a parameter does not exist or is out of range.
+    """
+    hand = hand or load_hand(record.hand)
+    given = record.parameters
+    parameters = GraspParameters(
+        friction=given.mu,
+        structural_compliance=given.C_s,
+        joint_compliance=tuple(given.C_q) if isinstance(given.C_q, list) else given.C_q,
+        contact_stiffness=given.K_c,
+        force_weight=given.w_F,
+        task_weight=given.w_C,
+        gravity=readonly(given.gravity),
+        torque_model=given.torque_model,
+    )
+    problem = GraspProblem(
+        hand=hand,
+        grasp_object=parse_object(record.object),
+        tasks=tuple(parse_task(task.text) for task in record.task),
+        n_synergies=record.n_synergies,
+        parameters=parameters,
+        synergy_set=given.synergy_set,
+        contact_set=given.contact_set,
+        clearance=ClearanceOptions(**given.clearance.model_dump()),
+        contacts=tuple(contact.name for contact in record.contacts),
+        loads=LoadCases(**given.loads.model_dump()),
+    )
+    rotation = pin.Quaternion(readonly(record.palm_pose.quaternion_xyzw)).normalized().matrix()
+    report = SearchReport(
+        seed=record.seed,
+        iterations=record.iterations,
+        phase_one_iterations=record.phase_one_iterations,
+        evaluations=record.evaluations,
+        starts_tried=record.starts_tried,
+        starts_feasible=record.starts_feasible,
+        time_s=record.time_s,
+        message=record.message,
+        cancelled=record.status == "cancelled",
+    )
+    return Grasp(
+        problem=problem,
+        joint_angles=readonly(record.joint_angles),
+        palm_pose=pin.SE3(rotation, readonly(record.palm_pose.position)),
+        delta_sigma=readonly(record.delta_sigma),
+        search=report,
+    )
+
+
+def record_schema() -> str:
+    """Return the JSON schema of the contract, as text."""
+    return json.dumps(GraspRecord.model_json_schema(), indent=2, ensure_ascii=False) + "\n"

@@ -1,0 +1,207 @@
+"""The layout of the JSON form of a grasp: plain numbers, SI units, nothing unknown, nothing infinite."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from ..problem.clearance_options import ClearanceOptions, LinkObjectMode
+from ..problem.load_cases import LoadCases
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Optional = Number | None
+Vector3 = tuple[Number, Number, Number]
+Vector6 = tuple[Number, Number, Number, Number, Number, Number]
+
+
+class Record(BaseModel):
+    """Frozen record that refuses unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class TaskRecord(Record):
+    """One task direction and how well the grasp transmits it."""
+
+    text: str = Field(description="text form, for instance force:0,1,0")
+    kind: Literal["force", "torque", "twist"]
+    direction: Vector6 = Field(description="unit direction in O, linear part first")
+    weight: Number
+    transmission_ratio: Optional = Field(description="α or β; null where infinite")
+    alignment_angle_deg: Optional = Field(description="angle to the ellipsoid's longest axis; null if undefined")
+    alignment_degenerate: bool
+
+
+class PoseRecord(Record):
+    """A pose in O."""
+
+    position: Vector3 = Field(description="m")
+    quaternion_xyzw: tuple[Number, Number, Number, Number]
+
+
+class ContactRecord(Record):
+    """One contact, in O."""
+
+    name: str
+    link: str
+    frame: str
+    radius: Number = Field(description="fingertip radius, m")
+    point: Vector3 = Field(description="m")
+    normal: Vector3 = Field(description="unit, into the object")
+    gap: Number = Field(description="m")
+    force: Vector3 = Field(description="of the hand on the object, N")
+    normal_force: Number = Field(description="N")
+    friction_margin: Number = Field(description="μ f_n − |f_t|, N")
+
+
+class ClearanceOptionsRecord(Record):
+    """What had to keep clear of what."""
+
+    link_object: LinkObjectMode = Field(description="Remark 2: real geometry, joint centres only, or off")
+    self_collision: bool
+    tip_patch: bool
+    remark1: bool = Field(description="abduction angles keep their order")
+    margin: Number = Field(description="m")
+    ground: Optional = Field(description="height of the ground along the direction opposite to gravity, m")
+
+
+class LoadCasesRecord(Record):
+    """What the grasp had to withstand; all zero (friction_safety one) for the paper's problem."""
+
+    force: Number = Field(description="radius of the sphere of disturbing forces, N")
+    torque: Number = Field(description="radius of the sphere of disturbing torques, N m")
+    acceleration: Number = Field(description="of the object in any direction, m/s²")
+    position_error: Number = Field(default=0.0, description="radius of the sphere of shifts of the object, m")
+    rotation_error: Number = Field(default=0.0, description="radius of the sphere of its turns, rad")
+    wrenches: list[Vector6] = Field(description="further disturbances in O; N, N m")
+    friction_safety: Number = Field(description="s of the cones of μ/s")
+    min_normal_force: Number = Field(description="N")
+    max_normal_force: Optional = Field(description="N; null for the hand's own limit")
+    max_force_norm: Optional = Field(default=None, description="largest F, N; null for none")
+    hand_limits: bool = Field(description="whether the hand's limits of normal forces and joint torques count")
+
+
+class ClearanceRecord(Record):
+    """The closest pair of a kind, by exact distances; in O."""
+
+    kind: Literal["link_object", "self_collision", "ground"]
+    link_a: str
+    link_b: str = Field(description="a link, object or ground")
+    distance: Number = Field(description="negative if they overlap, m")
+    point_a: Vector3 = Field(description="m")
+    point_b: Vector3 = Field(description="m")
+
+
+class ParameterRecord(Record):
+    """Parameters of the model."""
+
+    mu: Number
+    C_s: Number = Field(description="m/N")
+    C_q: Number | list[Number] = Field(description="rad/(N m)")
+    K_c: Number = Field(description="N/m")
+    w_F: Number
+    w_C: Number
+    gravity: Vector3 = Field(description="m/s²")
+    torque_model: Literal["total", "internal"]
+    synergy_set: str | None
+    contact_set: str
+    clearance: ClearanceOptionsRecord = Field(
+        default_factory=lambda: ClearanceOptionsRecord(**asdict(ClearanceOptions.off()))
+    )
+    loads: LoadCasesRecord = Field(default_factory=lambda: LoadCasesRecord(**asdict(LoadCases.off())))
+
+
+class MarginRecord(Record):
+    """The largest disturbance resisted along one direction."""
+
+    size: Optional = Field(description="N, or N m along a torque; null if nothing gives way")
+    direction: Vector6 = Field(description="unit disturbance in O, linear part first")
+    gives_way: str = Field(description="what gives way first; empty where it is not computed")
+
+
+class MarginsRecord(Record):
+    """Margins against disturbing forces, with the true μ and the hand's limits; tasks: against the reaction −d."""
+
+    passive: MarginRecord | None = Field(description="worst direction, the references held; null if undefined")
+    passive_tasks: list[MarginRecord | None] = Field(description="null for motions")
+    active: MarginRecord | None = Field(description="worst of 26 directions, internal forces re-optimised")
+    active_tasks: list[MarginRecord | None] = Field(description="null for motions")
+
+
+class StabilityRecord(Record):
+    """How stiffly the object is held, the palm and the references held, preload included."""
+
+    stable: bool
+    smallest_stiffness: Number = Field(description="rotations measured as lengths at the length given, N/m")
+    direction: Vector6 = Field(description="unit motion (v, length ω) in O that is resisted least")
+    without_preload: Number = Field(description="smallest eigenvalue of G K Gᵀ, N/m")
+    finger_stiffness: Number = Field(description="1 for free joints; not positive if a finger buckles")
+    length: Number = Field(description="m")
+
+
+class ViolationRecord(Record):
+    """Largest violation of every requirement; those of clearance and of load cases only where asked for."""
+
+    surface_m: Number
+    region_m: Number
+    friction_n: Number
+    joint_limit_rad: Number
+    compliance_rad: Number
+    equilibrium_n: Number
+    equilibrium_nm: Number
+    link_object_m: Optional = None
+    joint_centre_m: Optional = None
+    self_collision_m: Optional = None
+    ground_m: Optional = None
+    tip_patch: Optional = None
+    abduction_order_rad: Optional = None
+    load_friction_n: Optional = None
+    load_min_normal_n: Optional = None
+    load_max_normal_n: Optional = None
+    load_torque_nm: Optional = None
+    load_force_norm_n: Optional = None
+
+
+class GraspRecord(Record):
+    """A planned grasp. Frame O: the object's centre of mass; P: the palm."""
+
+    schema_version: Literal[1] = 1
+    hand: str
+    object: str
+    task: list[TaskRecord] = Field(min_length=1)
+    n_synergies: int = Field(ge=1)
+    feasible: bool
+    status: Literal["feasible", "infeasible", "cancelled"]
+    message: str
+    force_closed: bool
+    force_closure_margin: Optional = Field(description="internal force inside the cones per unit mean f_n")
+    iterations: int = Field(ge=0, description="of phase two, from the start that gave the grasp")
+    phase_one_iterations: int = Field(ge=0)
+    evaluations: int = Field(ge=0, description="over all starts")
+    starts_tried: int = Field(ge=0)
+    starts_feasible: int = Field(ge=0)
+    time_s: Number
+    seed: int
+    objective: Number = Field(description="w_F F + w_C C")
+    force_norm: Number = Field(description="F, N")
+    force_norm_floor: Optional = Field(description="least F at these contacts, N; null if there is none")
+    task_index: Number = Field(description="C")
+    transmission_ratios: list[Optional]
+    alignment_angle_deg: Optional = Field(description="of the first task direction")
+    alignment_degenerate: bool
+    sigma: list[Number] = Field(description="rad")
+    delta_sigma: list[Number] = Field(description="rad")
+    joint_names: list[str]
+    joint_angles: list[Number] = Field(description="q, rad")
+    reference_joint_angles: list[Number] = Field(description="q_r, rad")
+    joint_torques: list[Number] = Field(description="Jᵀ f, N m")
+    palm_pose: PoseRecord = Field(description="of P in O")
+    contacts: list[ContactRecord] = Field(min_length=3)
+    external_wrench: Vector6 = Field(description="on the object in O; N, N m")
+    parameters: ParameterRecord
+    violations: ViolationRecord
+    clearances: list[ClearanceRecord] = Field(default=[], description="the closest pair of every kind")
+    margins: MarginsRecord | None = Field(default=None, description="null in files written before margins")
+    stability: StabilityRecord | None = Field(default=None, description="null in files written before stability")

@@ -1,0 +1,87 @@
+"""Statistics of a study: how well a static margin predicts the load at which a grasp is lost, and whether it passes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import mannwhitneyu, spearmanr
+
+from ..spatial import Array
+from .synergy_study import StudyRow
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """How well a margin predicts what happens in simulation. Grasps that were refused count not at all.
+
+    Attributes:
+        margin: Name of the margin.
+        grasps: Grasps that were simulated and have the margin.
+        passed: Those of them that held all six pushes.
+        rho: Spearman's ρ of the margin against the weakest force held; nan if undefined. A grasp lost before any push
+            counts with 0 N.
+        p_value: Its p-value.
+        roc_area: Chance that the margin is larger for a grasp that passed than for one that failed; nan unless there
+            are both.
+    """
+
+    margin: str
+    grasps: int
+    passed: int
+    rho: float
+    p_value: float
+    roc_area: float
+
+
+def prediction(rows: Sequence[StudyRow], margin: str) -> Prediction:
+    """Return how well a margin predicts what happens in simulation."""
+    values, loads, passed = simulated(rows, margin)
+    rho = p_value = area = math.nan
+    if len(values) >= 3 and len(set(values.tolist())) > 1 and len(set(loads.tolist())) > 1:
+        result = spearmanr(values, loads)
+        rho, p_value = float(result.statistic), float(result.pvalue)
+    good, bad = values[passed], values[~passed]
+    if len(good) and len(bad):
+        area = float(mannwhitneyu(good, bad).statistic) / (len(good) * len(bad))
+    return Prediction(margin, len(values), int(passed.sum()), rho, p_value, area)
+
+
+def roc_curve(rows: Sequence[StudyRow], margin: str) -> tuple[Array, Array]:
+    """Return the ROC of "passes if the margin is at least …": false and true positive rates from (0, 0) to (1, 1).
+
+    Args:
+        rows: The rows; there have to be grasps that passed and grasps that failed.
+        margin: Name of the margin.
+
+    Returns:
+        Both rates, of shape (k,).
+    """
+    values, _, passed = simulated(rows, margin)
+    thresholds = np.concatenate([[np.inf], np.unique(values)[::-1]])
+    taken = values[None, :] >= thresholds[:, None]
+    return taken[:, ~passed].mean(axis=1), taken[:, passed].mean(axis=1)
+
+
+def simulated(rows: Sequence[StudyRow], margin: str) -> tuple[Array, Array, Mask]:
+    """Return margin, weakest force held [N] and whether it passed, of every grasp that was simulated.
+
+    Args:
+        rows: The rows.
+        margin: Name of the margin.
+
+    Returns:
+        Three arrays of shape (n,), the last one of booleans.
+    """
+    found = []
+    for row in rows:
+        value = (row.margins or {}).get(margin)
+        if row.weakest_force is not None and value is not None:
+            found.append((value, row.weakest_force, bool(row.passed)))
+    table = np.array(found, dtype=float).reshape(-1, 3)
+    return table[:, 0], table[:, 1], table[:, 2] > 0.5

@@ -1,0 +1,188 @@
+"""Synergies for few motors: one grasp of every object, such that all of them together span few dimensions.
+
+Principal components of grasps planned one by one explain those grasps; but most objects can be grasped in many
+ways, and what few motors need is the way that fits the other objects. So the grasps themselves are moved, within
+everything that makes them grasps, until their references q_r and displacements S δσ nearly share a small subspace.
+The measure of small is Σ log(λ_i + ε²) over the eigenvalues λ of their scatter, made less by reweighting: every grasp
+minimises its Mahalanobis distance in the scatter of all, then the scatter is taken anew, with less and less ε
+([Fazel2003], the log-det heuristic for matrices of least rank).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+from threadpoolctl import threadpool_limits
+
+from ..evaluation.state import GraspState
+from ..grasp.grasp import Grasp
+from ..planning.nlp import solve_nlp
+from ..planning.program import JOINT_SCALE, GraspProgram, displacement_step
+from ..problem.problem import GraspProblem
+from ..spatial import Array
+from ..synergies.space import SynergySpace
+from ..terms.base import Cost
+
+DISPLACEMENT_WEIGHT = 0.3
+"""What the squeezing displacement S δσ counts against the reference posture, both in their typical sizes."""
+FORCE_WEIGHT = 1e-4
+"""Weight of F [1/N], so that grasps of little force are taken among equally close ones."""
+MAX_ITERATIONS = 60
+TOLERANCE = 1e-6
+CLOSE_ENOUGH = 1e-3
+"""Largest scaled violation at which a moved grasp is kept."""
+UNIT_SPREAD = 0.05
+"""Spread that counts as one in distances [rad]."""
+
+
+@dataclass(frozen=True)
+class FreeGrasp:
+    """A grasp of the fully actuated hand, whatever synergies it was planned with.
+
+    Attributes:
+        joint_angles: q [rad], of shape (n_q,).
+        palm_pose: Pose of the palm frame in O, of shape (4, 4).
+        displacement: S δσ [rad], of shape (n_q,).
+        reference: q_r [rad], of shape (n_q,).
+        distance: The last distance from the others, dimensionless.
+    """
+
+    joint_angles: Array
+    palm_pose: Array
+    displacement: Array
+    reference: Array
+    distance: float = np.inf
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Where grasps lie in the space of postures.
+
+    Attributes:
+        mean: Mean reference posture q̄ [rad], of shape (n_q,).
+        covariance: Second moments of references around it and of scaled displacements [rad²], of shape (n_q, n_q).
+    """
+
+    mean: Array
+    covariance: Array
+
+    def metric(self, epsilon: float) -> Array:
+        """Return (Σ + ε² 1)⁻¹ times a unit spread squared, the weights of the next round, of shape (n_q, n_q)."""
+        size = len(self.mean)
+        return UNIT_SPREAD**2 * np.linalg.inv(self.covariance + epsilon**2 * np.eye(size))
+
+
+def free_grasp(grasp: Grasp) -> FreeGrasp:
+    """Return a planned grasp as one of the fully actuated hand."""
+    return FreeGrasp(
+        grasp.joint_angles,
+        grasp.palm_pose.homogeneous,
+        grasp.problem.synergies.basis @ grasp.delta_sigma,
+        grasp.reference_joint_angles,
+    )
+
+
+def scatter_of(grasps: Sequence[FreeGrasp], displacement_scale: float) -> Scatter:
+    """Return the scatter of grasps.
+
+    Args:
+        grasps: One grasp of every object.
+        displacement_scale: Factor that brings displacements to the size of postures.
+    """
+    references = np.array([grasp.reference for grasp in grasps])
+    moved = displacement_scale * np.array([grasp.displacement for grasp in grasps])
+    mean = references.mean(axis=0)
+    spread = (references - mean).T @ (references - mean)
+    return Scatter(mean, (spread + DISPLACEMENT_WEIGHT * moved.T @ moved) / len(grasps))
+
+
+class SpanDistance(Cost):
+    """((q_r − q̄)ᵀ M (q_r − q̄) + w dᵀ M d)/n_q + w_F F with d the scaled S δσ; for a hand whose S is the identity."""
+
+    name = "span_distance"
+
+    def __init__(self, mean: Array, metric: Array, displacement_scale: float) -> None:
+        self.mean, self.metric, self.displacement_scale = mean, metric, displacement_scale
+
+    def value(self, state: GraspState) -> float:
+        """Return the distance."""
+        away, moved = state.reference - self.mean, self.displacement_scale * state.delta_sigma
+        squares = away @ self.metric @ away + DISPLACEMENT_WEIGHT * moved @ self.metric @ moved
+        return float(squares / len(away) + FORCE_WEIGHT * state.force_norm)
+
+    def gradient(self, state: GraspState) -> Array:
+        """Return its gradient by x."""
+        away, moved = state.reference - self.mean, self.displacement_scale * state.delta_sigma
+        slope = 2.0 * (self.metric @ away) @ state.d_reference
+        slope[-len(moved) :] += 2.0 * DISPLACEMENT_WEIGHT * self.displacement_scale * (self.metric @ moved)
+        return slope / len(away) + FORCE_WEIGHT * state.d_force_norm
+
+
+def fully_actuated_problem(problem: GraspProblem) -> GraspProblem:
+    """Return a problem in which every joint is a synergy of its own."""
+    joints = problem.hand.n_joints
+    space = SynergySpace(problem.hand.joint_names, problem.synergies.mean, np.eye(joints), name="fully actuated")
+    return replace(problem, n_synergies=joints, synergy_space=space)
+
+
+def displacement_scale(problem: GraspProblem) -> float:
+    """Return the factor that brings displacements S δσ to the size of postures."""
+    return JOINT_SCALE / displacement_step(problem)
+
+
+def moved_closer(problem: GraspProblem, grasp: FreeGrasp, scatter: Scatter, epsilon: float) -> FreeGrasp:
+    """Move a grasp, within all constraints, to where it is closest to others.
+
+    Args:
+        problem: Its problem; the number of synergies does not matter.
+        grasp: The grasp.
+        scatter: The scatter of all grasps.
+        epsilon: Spread added in all directions [rad]; the less it is, the more a direction that none needs costs.
+
+    Returns:
+        The moved grasp; where the solver left the constraints, the grasp as it was. Either with its distance.
+    """
+    problem = fully_actuated_problem(problem)
+    cost = SpanDistance(scatter.mean, scatter.metric(epsilon), displacement_scale(problem))
+    program = GraspProgram(problem, pin.SE3(grasp.palm_pose))
+    start = program.pack(grasp.joint_angles, pin.SE3(grasp.palm_pose), grasp.displacement)
+
+    def objective(z: Array) -> tuple[float, Array]:
+        state = program.state(z)
+        return cost.value(state), cost.gradient(state) * program.scale
+
+    nlp = replace(program.build("two"), objective=objective)
+    with threadpool_limits(limits=1):
+        z = solve_nlp(nlp, start, max_iterations=MAX_ITERATIONS, tolerance=TOLERANCE).z
+    if not np.isfinite(z).all() or program.merit(z) > CLOSE_ENOUGH:
+        return replace(grasp, distance=cost.value(program.state(start)))
+    state, layout = program.state(z), program.evaluator.layout
+    pose = program.evaluator.palm_pose(state.x).homogeneous
+    return FreeGrasp(state.x[layout.joints], pose, state.delta_sigma, state.reference, cost.value(state))
+
+
+def spanning_synergies(joint_names: Sequence[str], scatter: Scatter, others: Array, least: float) -> SynergySpace:
+    """Return a full set: the principal directions of the scatter, then those of other postures normal to them.
+
+    Args:
+        joint_names: Names of the joints.
+        scatter: The scatter of grasps that share a subspace.
+        others: Postures whose principal components, normal to the first directions, complete the set, (n, n_q).
+        least: Spread from which a direction of the scatter counts [rad].
+
+    Returns:
+        The set, S of shape (n_q, n_q); its variances are those of the other postures along the synergies.
+    """
+    eigenvalues, vectors = np.linalg.eigh(scatter.covariance)
+    first = vectors[:, ::-1][:, eigenvalues[::-1] > least**2]
+    rest = others - others.mean(axis=0)
+    rest = rest - rest @ first @ first.T
+    _, _, directions = np.linalg.svd(rest, full_matrices=True)
+    basis = np.hstack([first, directions[: len(scatter.mean) - first.shape[1]].T])
+    basis, _ = np.linalg.qr(basis)
+    basis *= np.where(basis.sum(axis=0) < 0.0, -1.0, 1.0)
+    variance = np.var(others @ basis, axis=0, ddof=1)
+    return SynergySpace(tuple(joint_names), scatter.mean, basis, variance=variance)

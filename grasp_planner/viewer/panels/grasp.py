@@ -1,0 +1,137 @@
+"""The first tab: why the grasp holds, its numbers, closing it, comparing it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import viser
+
+from ...grasp.grasp import Grasp
+from .. import text
+from ..live import contact_share
+from ..scene.clearances import link_clearances
+from ..session import Session
+
+LEGEND = (
+    "<div style='font:12px system-ui,sans-serif;margin:2px 12px 6px;display:flex;flex-wrap:wrap;gap:2px 10px'>"
+    + "".join(
+        f"<span><span style='color:{colour}'>●</span> {word}</span>"
+        for colour, word in (
+            ("#d62828", "contact forces"),
+            ("#43aa6e", "friction cones"),
+            ("#118a4e", "task (drag the ball)"),
+            ("#4361ee", "force ellipsoid"),
+            ("#545454", "weight"),
+        )
+    )
+    + "</div>"
+)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A folder of the tab with a text about the grasp.
+
+    Attributes:
+        title: Its heading.
+        words: Gives the text (Markdown) for a grasp and whether its fingertips touch, so that there are forces.
+        open: Whether it is open at first.
+    """
+
+    title: str
+    words: Callable[[Grasp, bool], str]
+    open: bool = False
+
+
+BLOCKS = (
+    Block("Contacts", lambda grasp, touching: text.contact_table(grasp, in_contact=touching), open=True),
+    Block("All requirements", lambda grasp, _: text.violation_table(grasp)),
+    Block("Joints and torques", lambda grasp, _: text.joint_table(grasp)),
+)
+"""All folders, in their order; to tell more about a grasp, add one."""
+
+
+@dataclass
+class GraspPanel:
+    """Widgets of the first tab.
+
+    Attributes:
+        play: Button that plays the closing.
+        pin: Button that pins the grasp for comparison.
+        unpin: Button that forgets it.
+    """
+
+    play: viser.GuiButtonHandle
+    pin: viser.GuiButtonHandle
+    unpin: viser.GuiButtonHandle
+    _story: viser.GuiMarkdownHandle
+    _selected: viser.GuiMarkdownHandle
+    _compared: viser.GuiMarkdownHandle
+    _blocks: list[viser.GuiMarkdownHandle]
+
+    @classmethod
+    def add(cls, gui: viser.GuiApi) -> GraspPanel:
+        """Add the widgets to the present container."""
+        gui.add_html(LEGEND)
+        play = gui.add_button("Play closing", icon=viser.Icon.PLAYER_PLAY, hint="Open the hand and close it again")
+        story = gui.add_markdown("")
+        selected = gui.add_markdown("*Click a contact or a finger for its numbers.*")
+        with gui.add_folder("Compare"):
+            pin = gui.add_button("Pin this grasp", icon=viser.Icon.PIN, hint="Keep it as a ghost to compare with")
+            unpin = gui.add_button("Unpin", visible=False)
+            compared = gui.add_markdown("*Pin a grasp, then plan or move: both are drawn and listed side by side.*")
+        blocks = []
+        for block in BLOCKS:
+            with gui.add_folder(block.title, expand_by_default=block.open):
+                blocks.append(gui.add_markdown(""))
+        return cls(play, pin, unpin, story, selected, compared, blocks)
+
+    def show(self, session: Session) -> None:
+        """Show the numbers of the grasp."""
+        grasp = session.grasp
+        touching = contact_share(grasp) > 0.0
+        self._story.content = text.story(grasp)
+        for block, widget in zip(BLOCKS, self._blocks, strict=True):
+            widget.content = block.words(grasp, touching)
+        self.unpin.visible = session.pinned is not None
+        if session.pinned is not None:
+            self._compared.content = text.compare_table(grasp, session.pinned)
+        else:
+            self._compared.content = "*Pin a grasp, then plan or move: both are drawn and listed side by side.*"
+        self._selected.content = self._details(session, grasp)
+
+    def _details(self, session: Session, grasp: Grasp) -> str:
+        """Return the numbers of what was clicked."""
+        if session.selected is None:
+            return "*Click a contact or a finger for its numbers.*"
+        kind, which = session.selected
+        if kind == "contact" and isinstance(which, int) and which < len(grasp.problem.frames):
+            return text.contact_details(grasp, which)
+        return link_details(grasp, str(which))
+
+
+def link_details(grasp: Grasp, link: str) -> str:
+    """Return the numbers of a link (Markdown): its joint, limits, torque, contacts and clearances."""
+    hand = grasp.problem.hand
+    lines = [f"**Link {link}**", ""]
+    frame = hand.model.frames[hand.model.getFrameId(link)]
+    joint = frame.parentJoint
+    if joint:
+        name = hand.model.names[joint]
+        full = hand.full_configuration(grasp.joint_angles)
+        angle = np.degrees(full[hand.model.joints[joint].idx_q])
+        lines.append(f"- turned by joint {name}: {angle:.1f}°")
+        if name in hand.joint_names:
+            index = hand.joint_index(name)
+            lower, upper = np.degrees(hand.lower[index]), np.degrees(hand.upper[index])
+            lines.append(f"- its limits: {lower:.0f}° to {upper:.0f}°")
+            lines.append(f"- its torque: {1e3 * grasp.joint_torques[index]:.1f} mN m")
+    clearance = link_clearances(grasp).get(link)
+    if clearance is not None:
+        lines.append(f"- clearance: {1e3 * clearance[0]:.2f} mm from {clearance[1]}")
+    for index, contact in enumerate(grasp.problem.frames):
+        if contact.link == link:
+            lines.append(f"- touches as *{contact.name}* with {text.number(float(grasp.normal_forces[index]))} N")
+    return "\n".join(lines)

@@ -1,0 +1,95 @@
+"""The widgets of planning: presets, Plan and Cancel, progress curves, ranked results."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from viser import uplot
+
+from ...grasp.grasp import IterationRecord
+from ..presets import paper_presets
+from ..session import Session
+from .problem import log10
+
+POINTS = 400
+"""Most points of a progress curve."""
+
+
+class PlanPanel:
+    """Widgets of the search."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
+        self.preset = gui.add_dropdown("Figures of the paper", tuple(paper_presets()))
+        self._about = gui.add_markdown("")
+        self.preset.on_update(lambda _: self._describe_preset())
+        self._describe_preset()
+        self.show_preset = gui.add_button("Plan this figure", icon=viser.Icon.PHOTO)
+        gui.add_divider()
+        self.plan = gui.add_button("Plan", color="green", icon=viser.Icon.ROCKET, hint="Search in the background")
+        self.cancel = gui.add_button("Cancel", color="red", disabled=True)
+        self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+        self.status = gui.add_markdown("")
+        self._add_curves()
+        with gui.add_folder("Results, best first"):
+            self.results = gui.add_markdown("*none yet*")
+            self.browse = gui.add_button_group("Show", ("best", "previous", "next"))
+        with gui.add_folder("Search", expand_by_default=False):
+            self.seed = gui.add_number("Seed", 0, min=0, max=10**6, step=1)
+            self.starts = gui.add_number("Most starts", 40, min=1, max=500, step=1)
+            self.enough = gui.add_number("Feasible grasps wanted", 4, min=1, max=50, step=1)
+            self.from_here = gui.add_checkbox("Start from the hand as it is", False)
+
+    def _describe_preset(self) -> None:
+        """Say what the chosen figure shows."""
+        self._about.content = paper_presets()[self.preset.value].about
+
+    def show(self, session: Session) -> None:
+        """Show the ranked results."""
+        self.results.content = _result_table(session)
+
+    def set_running(self, running: bool) -> None:
+        """Switch between Plan and Cancel."""
+        self.plan.disabled, self.show_preset.disabled = running, running
+        self.cancel.disabled = not running
+        self.bar.visible = running
+        if running:
+            self._history: list[tuple[float, float]] = []
+
+    def add_progress(self, records: list[IterationRecord]) -> None:
+        """Add iterations to the curves."""
+        for record in records:
+            worst = max(record.violations.values(), default=0.0)
+            self._history.append((log10(record.objective), log10(worst)))
+        shown = np.array(self._history[-POINTS:])
+        first = len(self._history) - len(shown)
+        steps = np.arange(first, len(self._history), dtype=float)
+        self.curves.data = (steps, shown[:, 0].copy(), shown[:, 1].copy())
+        self.curves.visible = True
+
+    def _add_curves(self) -> None:
+        """Add the curves of the search."""
+        zero = np.zeros(2)
+        scales = {"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(auto=True)}
+        series = (
+            uplot.Series(label="iteration"),
+            uplot.Series(label="log₁₀ objective", stroke="#118a4e", width=2),
+            uplot.Series(label="log₁₀ worst violation", stroke="#c62839", width=2),
+        )
+        self.curves = self._gui.add_uplot(
+            (np.arange(2.0), zero, zero), series, scales=scales, aspect=1.9, visible=False
+        )
+        self._history = []
+
+
+def _result_table(session: Session) -> str:
+    """Return the ranked results (Markdown)."""
+    if not session.results:
+        return "*none yet*"
+    rows = ["| | | F N | C | angle ° |", "|--:|---|--:|--:|--:|"]
+    for index, grasp in enumerate(session.results[:8]):
+        mark = "**▶**" if index == session.shown else str(index + 1)
+        angle = grasp.alignments[0][0]
+        verdict = "✔" if grasp.feasible else "✘"
+        rows.append(f"| {mark} | {verdict} | {grasp.force_norm:.2f} | {grasp.task_index:.2g} | {angle:.1f} |")
+    return "\n".join(rows)

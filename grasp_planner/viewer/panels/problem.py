@@ -1,0 +1,265 @@
+"""The widgets of the problem: task, object, hand, contacts, weights and model parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import viser
+
+from ...exceptions import GraspPlannerError
+from ...hand.description import hand_library
+from ...hand.hand import Hand
+from ...hand.loading import load_hand
+from ...model.task_direction import TaskDirection, parse_task
+from ...objects import SHAPES, GraspObject
+from ...problem.problem import GraspProblem
+from ..session import Session
+from .clearance import ClearancePanel
+from .widgets import set_value
+
+AXES = ("+x", "−x", "+y", "−y", "+z", "−z")
+
+
+class ProblemPanel:
+    """Widgets that say what the problem is; what they were not told to change they leave alone."""
+
+    def __init__(self, gui: viser.GuiApi, changed: Callable[[], None]) -> None:
+        self._gui, self._changed, self._version = gui, changed, -1
+        self._synced: dict[str, Any] = {}
+        with gui.add_folder("Task"):
+            self._add_task()
+        with gui.add_folder("Object"):
+            self.kind = gui.add_dropdown("Shape", tuple(SHAPES))
+            self._object_folder = gui.add_folder("Sizes [m], [kg]")
+            self._sizes: dict[str, viser.GuiNumberHandle[float]] = {}
+        with gui.add_folder("Hand", expand_by_default=False):
+            self._add_hand()
+        with gui.add_folder("Collisions", expand_by_default=False):
+            self.clearance = ClearancePanel(gui, self._changed)
+        with gui.add_folder("Weights and model", expand_by_default=False):
+            self._add_parameters()
+        self.kind.on_update(lambda _: self._changed())
+
+    def problem(self, base: GraspProblem) -> GraspProblem:
+        """Return the problem that the widgets ask for; what they can't say stays as it is.
+
+        Args:
+            base: The present problem.
+
+        Raises:
+            GraspPlannerError: If they ask for something impossible.
+        """
+        values = self._values()
+        changed = {name for name, value in values.items() if self._synced.get(name) != value}
+        hand = load_hand(values["hand"]) if "hand" in changed else base.hand
+        changes: dict[str, Any] = {
+            "hand": hand,
+            "grasp_object": self._object(base, values, changed),
+            "tasks": self._tasks(base, values, changed),
+            "clearance": self.clearance.options(base.clearance),
+            "parameters": replace(base.parameters, **self._parameter_changes(values, changed)),
+        }
+        if hand is not base.hand:
+            changes |= {"synergy_set": None, "contact_set": None, "contacts": None, "synergy_space": None}
+        else:
+            if "synergy_set" in changed:
+                changes |= {"synergy_set": values["synergy_set"], "synergy_space": None}
+            if "contact_set" in changed:
+                changes |= {"contact_set": values["contact_set"], "contacts": None}
+            elif "contacts" in changed:
+                changes["contacts"] = values["contacts"]
+        problem = replace(base, **changes)
+        self._synced.update(values)
+        return problem
+
+    def _values(self) -> dict[str, Any]:
+        """Return what all widgets say at this moment."""
+        values: dict[str, Any] = {
+            "hand": self.hand.value,
+            "synergy_set": self.synergy_set.value,
+            "contact_set": self.contact_set.value,
+            "contacts": self._chosen_contacts(),
+            "kind": self.kind.value,
+            "task_kind": self.task_kind.value,
+            "direction": self.direction.value,
+            "more": self.more.value,
+        }
+        values |= {f"size {name}": widget.value for name, widget in self._sizes.items()}
+        return values | {name: widget.value for name, widget in self._parameters.items()}
+
+    def show(self, session: Session, *, force: bool = False) -> None:
+        """Show the problem; to be called by the worker only."""
+        if self._version == session.problem_version and not force:
+            return
+        self._version = session.problem_version
+        problem = session.problem
+        self._sync_hand(problem)
+        self._sync_object(problem.grasp_object)
+        task = problem.tasks[0]
+        self._set("task_kind", self.task_kind, task.kind)
+        part = task.direction[3:] if task.kind == "torque" or not task.direction[:3].any() else task.direction[:3]
+        self._set("direction", self.direction, tuple(float(round(value, 6)) for value in part))
+        self._set("more", self.more, " ".join(entry.text for entry in problem.tasks[1:]))
+        self.clearance.show(problem.clearance)
+        self._sync_parameters(problem)
+
+    def _add_task(self) -> None:
+        """Add the widgets of the task."""
+        gui = self._gui
+        self.task_kind = gui.add_dropdown("Kind", ("force", "torque", "twist"), hint="twist: moving the object")
+        self.axis = gui.add_button_group("Along", AXES)
+        self.direction = gui.add_vector3(
+            "Direction in O", (0.0, 1.0, 0.0), min=(-1.0,) * 3, max=(1.0,) * 3, step=0.01, hint="Or drag the ball"
+        )
+        self.more = gui.add_text("More tasks", "", hint="For instance: torque:+z*0.5 force:+x")
+        for widget in (self.task_kind, self.direction, self.more):
+            widget.on_update(lambda _: self._changed())
+        self.axis.on_click(lambda _: self._choose_axis())
+
+    def _choose_axis(self) -> None:
+        """Take a direction from its button."""
+        chosen = str(self.axis.value)
+        sign = -1.0 if chosen.startswith("−") else 1.0
+        set_value(self.direction, tuple(sign * (chosen[1:] == name) for name in "xyz"))
+
+    def _add_hand(self) -> None:
+        """Add the widgets of hand, synergy set and contacts."""
+        gui = self._gui
+        self.hand = gui.add_dropdown("Hand", tuple(hand_library()))
+        self.synergy_set = gui.add_dropdown("Synergies", ("",))
+        self.contact_set = gui.add_dropdown("Contacts", ("",))
+        self._finger_folder = gui.add_folder("Fingers that have to touch")
+        self._fingers: dict[str, viser.GuiCheckboxHandle] = {}
+        self.hand.on_update(lambda _: self._changed())
+        self.synergy_set.on_update(lambda _: self._changed())
+        self.contact_set.on_update(lambda _: self._changed())
+
+    def _add_parameters(self) -> None:
+        """Add the widgets of weights and model parameters."""
+        gui = self._gui
+        self._parameters: dict[str, Any] = {
+            "weight_ratio": gui.add_slider("log₁₀ w_F/w_C", -9.0, 0.0, 0.25, -6.0, hint="Low force or the task first"),
+            "friction": gui.add_slider("Friction μ", 0.05, 2.0, 0.05, 0.8),
+            "structural_compliance": gui.add_number("C_s [m/N]", 0.1, min=1e-6, max=10.0, step=0.01),
+            "joint_compliance": gui.add_number("C_q [rad/N m]", 0.1, min=0.0, max=10.0, step=0.01),
+            "contact_stiffness": gui.add_number("K_c [N/m]", 1e5, min=0.0, max=1e8, step=1000.0),
+            "torque_model": gui.add_dropdown("Bending torque", ("total", "internal")),
+        }
+        for widget in self._parameters.values():
+            widget.on_update(lambda _: self._changed())
+
+    def _parameter_changes(self, values: dict[str, Any], changed: set[str]) -> dict[str, Any]:
+        """Return the parameters that were changed on the page."""
+        found = {name: values[name] for name in self._parameters if name in changed}
+        if "weight_ratio" in found:
+            found |= {"force_weight": 10.0 ** found.pop("weight_ratio"), "task_weight": 1.0}
+        return found
+
+    def _sync_parameters(self, problem: GraspProblem) -> None:
+        """Show the parameters."""
+        given = problem.parameters
+        ratio = given.force_weight / given.task_weight if given.task_weight > 0.0 else math.inf
+        self._set("weight_ratio", self._parameters["weight_ratio"], float(np.clip(log10(ratio), -9.0, 0.0)))
+        for name in ("friction", "structural_compliance", "contact_stiffness", "torque_model"):
+            self._set(name, self._parameters[name], getattr(given, name))
+        compliance = float(np.mean(problem.joint_compliance))
+        self._set("joint_compliance", self._parameters["joint_compliance"], compliance)
+
+    def _object(self, base: GraspProblem, values: dict[str, Any], changed: set[str]) -> GraspObject:
+        """Return the object the widgets ask for."""
+        if "kind" in changed:
+            try:
+                return SHAPES[values["kind"]]()
+            except TypeError:
+                raise GraspPlannerError(f"a {values['kind']} has no standard sizes; load it from a file") from None
+        sizes = {name: values[f"size {name}"] for name in self._sizes if f"size {name}" in changed}
+        return replace(base.grasp_object, **sizes) if sizes else base.grasp_object
+
+    def _sync_object(self, grasp_object: GraspObject) -> None:
+        """Show shape and sizes."""
+        self._set("kind", self.kind, grasp_object.kind)
+        values = {field.name: getattr(grasp_object, field.name) for field in fields(grasp_object)}
+        values = {name: float(value) for name, value in values.items() if isinstance(value, int | float)}
+        if tuple(values) != tuple(self._sizes):
+            for widget in self._sizes.values():
+                widget.remove()
+            with self._object_folder:
+                self._sizes = {name: self._gui.add_number(name, 0.1, **_range(name)) for name in values}
+            for widget in self._sizes.values():
+                widget.on_update(lambda _: self._changed())
+        for name, value in values.items():
+            self._set(f"size {name}", self._sizes[name], value)
+
+    def _tasks(self, base: GraspProblem, values: dict[str, Any], changed: set[str]) -> tuple[TaskDirection, ...]:
+        """Return the tasks the widgets ask for."""
+        first = base.tasks[0]
+        if changed & {"task_kind", "direction"}:
+            numbers = ",".join(f"{value:.12g}" for value in values["direction"])
+            first = replace(parse_task(f"{values['task_kind']}:{numbers}"), weight=first.weight)
+        if "more" not in changed:
+            return (first, *base.tasks[1:])
+        return (first, *(parse_task(part) for part in values["more"].split()))
+
+    def _sync_hand(self, problem: GraspProblem) -> None:
+        """Show hand, synergy set and contacts."""
+        hand = problem.hand
+        if hand.name in hand_library():
+            self._set("hand", self.hand, hand.name)
+        named = problem.synergy_set_name or ""
+        usable = usable_synergy_sets(hand)
+        self.synergy_set.options = usable if named in usable else (named, *usable)
+        self._set("synergy_set", self.synergy_set, named)
+        contacts = problem.contact_set or hand.contact_set_names[0]
+        self.contact_set.options = hand.contact_set_names
+        self._set("contact_set", self.contact_set, contacts)
+        names = tuple(frame.name for frame in hand.contact_frames(contacts))
+        if names != tuple(self._fingers):
+            for box in self._fingers.values():
+                box.remove()
+            with self._finger_folder:
+                self._fingers = {name: self._gui.add_checkbox(name, True) for name in names}
+            for box in self._fingers.values():
+                box.on_update(lambda _: self._changed())
+        for name, box in self._fingers.items():
+            set_value(box, problem.contacts is None or name in problem.contacts)
+        self._synced["contacts"] = self._chosen_contacts()
+
+    def _chosen_contacts(self) -> tuple[str, ...] | None:
+        """Return the contacts the widgets ask for; None for all."""
+        chosen = tuple(name for name, box in self._fingers.items() if box.value)
+        return None if len(chosen) == len(self._fingers) else chosen
+
+    def _set(self, name: str, widget: Any, value: Any) -> None:
+        """Show a value and remember that it is the problem's own."""
+        set_value(widget, value)
+        self._synced[name] = widget.value
+
+
+def usable_synergy_sets(hand: Hand) -> tuple[str, ...]:
+    """Return the names of the hand's synergy sets that can be read."""
+    found = []
+    for name in hand.synergy_set_names:
+        try:
+            hand.synergies(name)
+        except GraspPlannerError:
+            continue
+        found.append(name)
+    return tuple(found)
+
+
+def _range(name: str) -> dict[str, Any]:
+    """Return range and step of a size, by its name."""
+    if name == "mass":
+        return {"min": 0.001, "max": 20.0, "step": 0.01}
+    if name == "caps":
+        return {"min": 0.0, "max": 1.0, "step": 1.0}
+    return {"min": 1e-4, "max": 1.0, "step": 0.001}
+
+
+def log10(value: float) -> float:
+    """Return the logarithm of a value, at least −12."""
+    return math.log10(max(value, 1e-12)) if math.isfinite(value) else 12.0

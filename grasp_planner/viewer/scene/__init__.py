@@ -1,0 +1,1 @@
+"""What is drawn in the scene: hand, object, forces, clearances, camera."""

@@ -1,0 +1,75 @@
+"""Where to look at a grasp from: the view in which most contacts are seen and least is hidden."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...drawing.look import TASK_LENGTH
+from ...drawing.meshes import link_meshes, link_placements
+from ...grasp.grasp import Grasp
+from ...spatial import Array
+
+FIELD_OF_VIEW = 0.7
+"""Vertical field of view of the camera [rad]."""
+AZIMUTHS, ELEVATIONS = 24, (0.2, 0.4, 0.6)
+OWN_LINK = 0.014
+"""Surface this near to a contact is the fingertip itself and hides nothing [m]."""
+NARROW = 0.008
+"""Surface this near to a line of sight hides what is behind it [m]."""
+
+
+def good_view(grasp: Grasp) -> tuple[Array, Array]:
+    """Return position and target of a good view on a grasp.
+
+    Args:
+        grasp: The grasp.
+
+    Returns:
+        Both in O [m], of shape (3,).
+    """
+    cloud = _surface(grasp)
+    extents = grasp.problem.grasp_object.half_extents
+    corners = np.vstack([cloud, extents, -extents, TASK_LENGTH * _task_direction(grasp)])
+    target = 0.5 * grasp.contacts.points.mean(axis=0) + 0.25 * (corners.min(axis=0) + corners.max(axis=0))
+    reach = float(np.linalg.norm(cloud - target, axis=1).max())
+    distance = 0.92 * reach / np.tan(FIELD_OF_VIEW / 2.0)
+    candidates = [
+        np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
+        for rise in ELEVATIONS
+        for turn in np.linspace(0.0, 2.0 * np.pi, AZIMUTHS, endpoint=False)
+    ]
+    scores = [_score(grasp, target + distance * direction, cloud) for direction in candidates]
+    return target + distance * candidates[int(np.argmax(scores))], target
+
+
+def _score(grasp: Grasp, eye: Array, cloud: Array) -> float:
+    """Return how many contacts are seen, and slightly how well task and forces lie across the view."""
+    seen = 0.0
+    for point, normal in zip(grasp.contacts.points, grasp.contacts.normals, strict=True):
+        ray = point - eye
+        length = float(np.linalg.norm(ray))
+        ray = ray / length
+        along = (cloud - eye) @ ray
+        away = np.linalg.norm(cloud - eye - along[:, None] * ray, axis=1)
+        hiding = (away < NARROW) & (along < length - 1e-3) & (np.linalg.norm(cloud - point, axis=1) > OWN_LINK)
+        seen += 0.0 if hiding.any() else 1.0 + 0.3 * float(1.0 - abs(normal @ ray))
+    view = -eye / np.linalg.norm(eye)
+    return seen + 1.5 * float(1.0 - abs(view @ _task_direction(grasp))) - 0.5 * abs(float(view[2]))
+
+
+def _task_direction(grasp: Grasp) -> Array:
+    """Return the unit direction of the first task, linear or else angular, of shape (3,)."""
+    task = grasp.problem.tasks[0].direction
+    part = task[:3] if task[:3].any() else task[3:]
+    return part / np.linalg.norm(part)
+
+
+def _surface(grasp: Grasp) -> Array:
+    """Return points on the surface of the hand in O [m], of shape (n, 3)."""
+    placements = link_placements(grasp.problem.hand, grasp.joint_angles, grasp.palm_pose)
+    clouds = []
+    for entry in link_meshes(grasp.problem.hand):
+        mesh = entry.mesh.subdivide_to_size(0.02)
+        placement = placements[entry.geometry_id]
+        clouds.append(np.array(mesh.vertices) @ np.array(placement.rotation).T + np.array(placement.translation))
+    return np.vstack(clouds)
