@@ -25,7 +25,7 @@ from grasp_planner.batch import BatchProgress, CaseTable, load_table, parse_spec
 
 WORKERS = 2
 SPEC = {
-    "defaults": {"object": "cylinder", "starts": 2, "enough": 1},
+    "defaults": {"paper": True, "object": "cylinder", "starts": 2, "enough": 1},
     "blocks": [
         {
             "product": {

@@ -137,7 +137,7 @@ def main() -> None:
     print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores", flush=True)
     show("drag to redraw, idle", drags(viewer))
     show(f"drag to redraw, {arguments.clients} pages connected", drags_with_pages(viewer, arguments.clients))
-    easy = gp.GraspProblem(gp.load_hand(), gp.Cylinder(), n_synergies=15)
+    easy = gp.GraspProblem.paper(gp.load_hand(), gp.Cylinder(), n_synergies=15)
     viewer.worker.submit(lambda: viewer.session.set_problem(easy))
     viewer.plan.enough.value, viewer.plan.starts.value = 50, 500
     viewer.worker.drain()

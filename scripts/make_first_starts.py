@@ -33,7 +33,7 @@ def main() -> None:
     """Plan a grasp for every number of synergies and keep the feasible ones."""
     entries = []
     for n_synergies in [int(text) for text in sys.argv[1:]] or [5, 15]:
-        problem = GraspProblem(
+        problem = GraspProblem.paper(
             load_hand(),
             Cylinder(),
             n_synergies=n_synergies,

@@ -42,7 +42,7 @@ def plan_one(hand_name: str, seed: int) -> list[float] | None:
     """Return the posture of one planned grasp, or None if none was found."""
     rng = np.random.default_rng(seed)
     hand = gp.load_hand(hand_name)
-    problem = gp.GraspProblem(
+    problem = gp.GraspProblem.paper(
         hand=hand,
         grasp_object=random_object(rng),
         tasks=(gp.force_task(rng.normal(size=3)),),

@@ -39,7 +39,7 @@ SCROLL = """(share) => document.querySelectorAll('[class*=ScrollArea-viewport], 
   if (e.scrollHeight > e.clientHeight + 40 && e.clientHeight > 300) e.scrollTop = share * e.scrollHeight;
 })"""
 SPEC = {
-    "defaults": {"object": "cylinder", "starts": 8, "enough": 1, "clearance": True},
+    "defaults": {"object": "cylinder", "starts": 8, "enough": 1},
     "blocks": [{"product": {"object.radius": [0.025, 0.03], "task": ["force:+y", "force:+x"], "n_synergies": [8, 15]}}],
 }
 

@@ -19,6 +19,7 @@ def main(out: Path, workers: int | None) -> None:
             object=f"cylinder:radius={radius}",  # m
             task=(task,),
             n_synergies=n_synergies,
+            paper=True,
             settings={"friction": 0.8, "starts": 4, "enough": 1},
             time_limit_s=60.0,
         )

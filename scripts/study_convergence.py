@@ -177,7 +177,7 @@ def main() -> None:
     )
     print("|---|---|---|---|---|---|---|")
     for n_s in (int(text) for text in arguments.counts.split(",")):
-        problem = gp.GraspProblem(hand, gp.Cylinder(), n_synergies=n_s, synergy_set=arguments.synergy_set)
+        problem = gp.GraspProblem.paper(hand, gp.Cylinder(), n_synergies=n_s, synergy_set=arguments.synergy_set)
         for name, variant in VARIANTS.items():
             rng = np.random.default_rng(0)
             starts = [gp.random_start(problem, rng) for _ in range(arguments.starts)]

@@ -24,4 +24,4 @@ def rng():
 @pytest.fixture(scope="session")
 def planned(right):
     """The grasp of the command line's defaults: the paper's cylinder, force along +y, three synergies."""
-    return gp.plan_grasp(gp.GraspProblem(right, gp.Cylinder()), options=gp.PlannerOptions(enough=1))
+    return gp.plan_grasp(gp.GraspProblem.paper(right, gp.Cylinder()), options=gp.PlannerOptions(enough=1))

@@ -35,7 +35,7 @@ def problem(text: str, hand: str = "dlr_hit_ii_right", contact_set: str = "spher
     """Return a problem with all clearances, the ground included."""
     clearance = gp.ClearanceOptions(**{"ground": -0.05, **options})
     n_synergies = min(3, HANDS[hand].synergies().n_synergies)
-    return gp.GraspProblem(
+    return gp.GraspProblem.paper(
         HANDS[hand], gp.parse_object(text), n_synergies=n_synergies, contact_set=contact_set, clearance=clearance
     )
 
@@ -239,11 +239,11 @@ def test_remark_1(hand_name="dlr_hit_ii_right"):
 
 def test_terms_follow_the_options():
     """Every term can be switched off; without any the state has no clearances."""
-    off = gp.GraspProblem(HANDS["dlr_hit_ii_right"], gp.Sphere(), clearance=gp.ClearanceOptions.off())
+    off = gp.GraspProblem.paper(HANDS["dlr_hit_ii_right"], gp.Sphere(), clearance=gp.ClearanceOptions.off())
     assert not TERMS & {term.name for term in problem_constraints(off)}
     evaluator, x = next(states(off, 1))
     assert evaluator.evaluate(x).clearance is None
-    full = gp.GraspProblem(HANDS["dlr_hit_ii_right"], gp.Sphere(), clearance=gp.ClearanceOptions())
+    full = gp.GraspProblem.paper(HANDS["dlr_hit_ii_right"], gp.Sphere(), clearance=gp.ClearanceOptions())
     assert {term.name for term in problem_constraints(full)} & TERMS == TERMS - {"ground"}
 
 

@@ -21,7 +21,7 @@ TIPS = {f"{finger}_{part}" for finger in ("thumb", "index", "middle", "ring", "l
 
 def plan(text: str, *, contact_set: str = "sphere", n_synergies: int = 15, starts: int = 8, **options) -> gp.Grasp:
     """Plan one grasp."""
-    given = gp.GraspProblem(
+    given = gp.GraspProblem.paper(
         HAND,
         gp.parse_object(text),
         n_synergies=n_synergies,
@@ -72,7 +72,7 @@ def test_the_hand_can_retreat(on_ground):
 
 def test_a_caged_hand_cannot_retreat():
     """With the ground right behind the palm the retreat stops there."""
-    given = gp.GraspProblem(HAND, gp.Sphere(0.03), clearance=gp.ClearanceOptions(ground=-0.145))
+    given = gp.GraspProblem.paper(HAND, gp.Sphere(0.03), clearance=gp.ClearanceOptions(ground=-0.145))
     start = gp.standard_start(given)
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]).T  # palm normal upwards
     pose = start.palm_pose.copy()
@@ -94,7 +94,7 @@ def test_record_round_trip(on_ground):
 
 def test_without_clearance_collisions_are_reported_but_do_not_count(on_ground):
     """The paper's plain problem: what a grasp hits is known all the same."""
-    plain = gp.GraspProblem(HAND, gp.Sphere(0.03), clearance=gp.ClearanceOptions.off())
+    plain = gp.GraspProblem.paper(HAND, gp.Sphere(0.03), clearance=gp.ClearanceOptions.off())
     pose = on_ground.palm_pose.copy()
     pose.translation = -np.array(pose.rotation) @ np.array([0.05, 0.0, 0.05])
     grasp = gp.Grasp(plain, np.zeros(15), pose, np.zeros(plain.n_synergies))
@@ -107,7 +107,9 @@ def test_without_clearance_collisions_are_reported_but_do_not_count(on_ground):
 
 def test_opposition_of_a_pinch():
     """Normals that balance leave no residual; its derivative equals differences where the shares are interior."""
-    given = gp.GraspProblem(HAND, gp.Sphere(0.03), n_synergies=3, contact_set="sphere", clearance=gp.ClearanceOptions())
+    given = gp.GraspProblem.paper(
+        HAND, gp.Sphere(0.03), n_synergies=3, contact_set="sphere", clearance=gp.ClearanceOptions()
+    )
     start = gp.standard_start(given)
     evaluator = StateEvaluator(given, start.palm_pose)
     x = evaluator.pack(start.joint_angles, start.palm_pose, start.delta_sigma)

@@ -17,7 +17,7 @@ from tests.test_state import make_problem, random_point, steps_of
 
 
 def free_problem(hand, grasp_object, **options):
-    problem = gp.GraspProblem(hand, grasp_object, (gp.force_task([0.0, 1.0, 0.0]),), 3, **options)
+    problem = gp.GraspProblem.paper(hand, grasp_object, (gp.force_task([0.0, 1.0, 0.0]),), 3, **options)
     return compact.fully_actuated_problem(problem)
 
 

@@ -106,7 +106,7 @@ def test_a_hand_without_contact_frames_can_be_loaded_but_not_planned_with(copy):
     path.write_text("\n".join(lines[:start] + lines[end:]))
     hand = gp.load_hand(path)
     with pytest.raises(gp.InvalidValueError, match="contact_sets"):
-        gp.GraspProblem(hand, gp.Cylinder())
+        gp.GraspProblem.paper(hand, gp.Cylinder())
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_binary_files_are_not_text(copy):
 )
 def test_bad_problems_name_the_field(right, arguments, field):
     with pytest.raises(gp.InvalidValueError) as caught:
-        gp.GraspProblem(right, gp.Cylinder(), **arguments)
+        gp.GraspProblem.paper(right, gp.Cylinder(), **arguments)
     assert caught.value.field == field
 
 
@@ -186,5 +186,5 @@ def test_bad_parameters_name_the_field(name, value):
 
 def test_joint_compliance_has_one_number_or_one_per_joint(right):
     with pytest.raises(gp.InvalidValueError) as caught:
-        gp.GraspProblem(right, gp.Cylinder(), parameters=gp.GraspParameters(joint_compliance=(0.1, 0.2)))
+        gp.GraspProblem.paper(right, gp.Cylinder(), parameters=gp.GraspParameters(joint_compliance=(0.1, 0.2)))
     assert caught.value.field == "joint_compliance"

@@ -55,7 +55,7 @@ def test_derivatives(hand, object_name, contact_set, loads, rng):
 @pytest.mark.parametrize("object_name", OBJECTS)
 def test_derivatives_of_other_hands(name, object_name, rng):
     hand = gp.load_hand(name)
-    check_derivatives(gp.GraspProblem(hand, OBJECTS[object_name], n_synergies=2, loads=LOADS["everything"]), rng)
+    check_derivatives(gp.GraspProblem.paper(hand, OBJECTS[object_name], n_synergies=2, loads=LOADS["everything"]), rng)
 
 
 def test_derivatives_with_internal_torques_and_uneven_compliance(right, rng):
@@ -99,13 +99,13 @@ def test_the_hull_of_the_directions_contains_what_it_says():
 
 
 def test_the_paper_problem_has_no_load_cases(right):
-    problem = gp.GraspProblem(right, gp.Cylinder())
+    problem = gp.GraspProblem.paper(right, gp.Cylinder())
     assert not problem.loads.active
     assert load_constraints(problem) == ()
 
 
 def test_limits_come_from_the_hand(right):
-    problem = gp.GraspProblem(right, gp.Cylinder(), loads=gp.LoadCases())
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), loads=gp.LoadCases())
     assert problem.max_normal_force == 10.0
     assert problem.torque_limits[:3].tolist() == [1.15, 1.15, 0.6]
     without = replace(problem, loads=gp.LoadCases(hand_limits=False))
@@ -132,7 +132,7 @@ def test_wrong_values_are_named(bad):
 def test_disturbances_need_stiff_contacts(right):
     soft = gp.GraspParameters(contact_stiffness=0.0)
     with pytest.raises(gp.InvalidValueError, match="contact_stiffness"):
-        gp.GraspProblem(right, gp.Cylinder(), parameters=soft, loads=gp.LoadCases())
+        gp.GraspProblem.paper(right, gp.Cylinder(), parameters=soft, loads=gp.LoadCases())
 
 
 def test_wrench_text():
@@ -144,7 +144,7 @@ def test_wrench_text():
 @pytest.mark.slow
 def test_why_not_names_the_load_that_is_too_large(right):
     """Fingertips that bear 10 N cannot hold against 60 N from any side; some smaller push they can."""
-    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=15, loads=gp.LoadCases(force=60.0))
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=15, loads=gp.LoadCases(force=60.0))
     attempt = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=2, enough=1, max_iterations=80))
     assert not attempt.feasible
     assert any(name.startswith("load_") for name in attempt.failures())

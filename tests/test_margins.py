@@ -14,7 +14,7 @@ from grasp_planner.model.contacts import Contacts
 @pytest.fixture(scope="module")
 def held(right):
     """A grasp planned for a disturbance of 1 N."""
-    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, loads=gp.LoadCases())
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=5, loads=gp.LoadCases())
     return gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
 
 
@@ -103,7 +103,7 @@ def test_two_fingers_known_by_hand(right):
 
 
 def test_motions_have_no_margin_of_their_own(right, planned):
-    problem = gp.GraspProblem(right, gp.Cylinder(), (gp.twist_task([0, 1, 0, 0, 0, 0]),), 6)
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), (gp.twist_task([0, 1, 0, 0, 0, 0]),), 6)
     grasp = gp.Grasp(problem, planned.joint_angles, planned.palm_pose, np.zeros(6))
     assert grasp.margins.passive_tasks == (None,)
 

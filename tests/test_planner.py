@@ -17,7 +17,7 @@ PAPER = {  # [Mavrogiannis2014] table I: F [N] and angle [°] with all 15 synerg
 def test_fifteen_synergies_beat_the_papers_table_from_the_infeasible_start(right, case):
     direction, weight, force, angle = PAPER[case]
     parameters = gp.GraspParameters(force_weight=weight)
-    problem = gp.GraspProblem(right, gp.Cylinder(), (gp.force_task(direction),), 15, parameters)
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), (gp.force_task(direction),), 15, parameters)
     start = gp.standard_start(problem)
     at_start = gp.Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
     assert at_start.contacts.gaps.min() > 0.001, "the start has no contact"
@@ -56,14 +56,14 @@ def test_the_planned_posture_is_the_fixed_point_of_the_soft_hand(planned):
 @pytest.mark.parametrize("contact_set", ["point", "sphere"])
 @pytest.mark.parametrize("grasp_object", [gp.Sphere(radius=0.035), gp.Box(edge=0.01)], ids=["sphere", "box"])
 def test_other_objects_and_fingertips(right, grasp_object, contact_set):
-    problem = gp.GraspProblem(right, grasp_object, (gp.force_task([1, 0, 1]),), 6, contact_set=contact_set)
+    problem = gp.GraspProblem.paper(right, grasp_object, (gp.force_task([1, 0, 1]),), 6, contact_set=contact_set)
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     assert grasp.feasible, grasp.verdict
 
 
 def test_a_torque_and_a_twist_task(right):
     tasks = (gp.torque_task([0, 0, 1], 1e-3), gp.twist_task([0, 0, 1, 0, 0, 0], 1e-6))
-    problem = gp.GraspProblem(right, gp.Cylinder(), tasks, 8)
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), tasks, 8)
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     assert grasp.feasible, grasp.verdict
     assert len(grasp.transmission_ratios) == 2
@@ -71,18 +71,18 @@ def test_a_torque_and_a_twist_task(right):
 
 def test_the_papers_torque_model(right):
     parameters = gp.GraspParameters(torque_model="internal")
-    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, parameters=parameters)
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=5, parameters=parameters)
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     assert grasp.feasible, grasp.verdict
 
 
 def test_left_hand_plans_too():
-    problem = gp.GraspProblem(gp.load_hand("dlr_hit_ii_left"), gp.Cylinder(), n_synergies=5)
+    problem = gp.GraspProblem.paper(gp.load_hand("dlr_hit_ii_left"), gp.Cylinder(), n_synergies=5)
     assert gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1)).feasible
 
 
 def test_same_seed_same_grasp(right):
-    problem = gp.GraspProblem(right, gp.Sphere(), n_synergies=5)
+    problem = gp.GraspProblem.paper(right, gp.Sphere(), n_synergies=5)
     first, second = (gp.plan_grasp(problem, seed=7, options=gp.PlannerOptions(enough=2)) for _ in range(2))
     np.testing.assert_array_equal(first.joint_angles, second.joint_angles)
     np.testing.assert_array_equal(first.delta_sigma, second.delta_sigma)
@@ -91,14 +91,14 @@ def test_same_seed_same_grasp(right):
 
 def test_forces_scale_with_the_weight_of_the_object(right, planned):
     """Twice the mass with twice the displacement doubles every contact force."""
-    heavy = gp.GraspProblem(right, gp.Cylinder(mass=0.4))
+    heavy = gp.GraspProblem.paper(right, gp.Cylinder(mass=0.4))
     doubled = gp.Grasp(heavy, planned.joint_angles, planned.palm_pose, 2 * planned.delta_sigma)
     np.testing.assert_allclose(doubled.forces, 2 * planned.forces, rtol=1e-8, atol=1e-8)
 
 
 def test_an_impossible_grasp_returns_the_best_attempt_and_says_what_fails(right):
     """A cylinder of 30 cm radius without friction worth speaking of can't be held."""
-    problem = gp.GraspProblem(
+    problem = gp.GraspProblem.paper(
         right, gp.Cylinder(radius=0.3), n_synergies=2, parameters=gp.GraspParameters(friction=0.05)
     )
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=3, max_iterations=60))
@@ -112,7 +112,7 @@ def test_an_impossible_grasp_returns_the_best_attempt_and_says_what_fails(right)
 
 def test_callback_sees_every_iteration_and_the_history_is_kept(right):
     records = []
-    problem = gp.GraspProblem(right, gp.Sphere(), n_synergies=15)
+    problem = gp.GraspProblem.paper(right, gp.Sphere(), n_synergies=15)
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=1), callback=records.append)
     assert [record.iteration for record in records if record.phase == "two"] == list(
         range(1, grasp.search.iterations + 1)
@@ -129,7 +129,7 @@ def test_cancelling_returns_the_best_so_far(right):
         calls.append(1)
         return len(calls) > 20
 
-    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=2)
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=2)
     grasp = gp.plan_grasp(problem, cancel=cancel)
     assert grasp.search.cancelled
     assert grasp.status in ("cancelled", "feasible")
@@ -137,7 +137,7 @@ def test_cancelling_returns_the_best_so_far(right):
 
 
 def test_a_time_limit_ends_the_search(right):
-    problem = gp.GraspProblem(right, gp.Cylinder(radius=0.3), n_synergies=1)
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(radius=0.3), n_synergies=1)
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=10_000, enough=10_000, time_limit_s=0.5))
     assert grasp.search.time_s < 5.0
     assert grasp.search.starts_tried < 10_000

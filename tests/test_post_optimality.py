@@ -19,7 +19,7 @@ from grasp_planner.model.compliance import series_stiffness
 
 
 def settled(hand, n_synergies, loads, direction=(0.0, 1.0, 0.0), radius=0.03):
-    problem = gp.GraspProblem(
+    problem = gp.GraspProblem.paper(
         hand, gp.Cylinder(radius=radius), (gp.force_task(direction),), n_synergies, synergy_set="native", loads=loads
     )
     grasp = optimum_near(gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1)))
@@ -160,7 +160,9 @@ def test_with_few_motors_the_hand_cannot_follow_with_its_palm_held(plain):
 
 @pytest.fixture(scope="module")
 def held(right):
-    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, synergy_set="native", loads=gp.LoadCases(force=0.5))
+    problem = gp.GraspProblem.paper(
+        right, gp.Cylinder(), n_synergies=5, synergy_set="native", loads=gp.LoadCases(force=0.5)
+    )
     return gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
 
 
@@ -185,7 +187,7 @@ def test_at_its_tolerance_a_contact_starts_to_slip(held):
 @pytest.mark.parametrize("synergy_set", ["native", "santello"])
 @pytest.mark.parametrize("goal", ["force", "position", "rotation"])
 def test_improvement_withstands_more_within_its_budget(right, goal, synergy_set):
-    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=5, synergy_set=synergy_set)
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=5, synergy_set=synergy_set)
     plain = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     improved = gp.improve_grasp(plain, goal=goal, budget=0.5, trials=4)
     assert improved.after.feasible
@@ -196,7 +198,7 @@ def test_improvement_withstands_more_within_its_budget(right, goal, synergy_set)
 
 
 def test_a_plan_beyond_the_limits_of_the_hand_is_brought_within(right):
-    problem = gp.GraspProblem(right, gp.Cylinder(radius=0.035), n_synergies=5, synergy_set="santello")
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(radius=0.035), n_synergies=5, synergy_set="santello")
     plain = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     assert plain.normal_forces.max() > right.max_normal_force, "without load cases nothing limits it"
     assert withstood(plain, "force") == 0.0

@@ -12,7 +12,7 @@ from grasp_planner.planning.program import GraspProgram
 
 def problem_of(hand, n_synergies=1, clearance=False):
     options = gp.ClearanceOptions() if clearance else gp.ClearanceOptions.off()
-    return gp.GraspProblem(hand, gp.Cylinder(), n_synergies=n_synergies, clearance=options)
+    return gp.GraspProblem.paper(hand, gp.Cylinder(), n_synergies=n_synergies, clearance=options)
 
 
 @pytest.mark.parametrize("hand_name", ["dlr_hit_ii_right", "allegro_right", "tendon_hand"])

@@ -63,7 +63,7 @@ def equilibrium(grasp, twist):
 
 
 def planned_with(hand, grasp_object, contact_set, n_synergies=8):
-    problem = gp.GraspProblem(
+    problem = gp.GraspProblem.paper(
         hand, grasp_object, n_synergies=n_synergies, contact_set=contact_set, loads=gp.LoadCases()
     )
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))

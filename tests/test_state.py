@@ -28,7 +28,7 @@ TASKS = {
 def make_problem(hand, grasp_object, contact_set, task, torque_model="total", joint_compliance=0.1):
     n_s, tasks = TASKS[task]
     parameters = gp.GraspParameters(torque_model=torque_model, joint_compliance=joint_compliance)
-    return gp.GraspProblem(hand, grasp_object, tasks, n_s, parameters, contact_set=contact_set)
+    return gp.GraspProblem.paper(hand, grasp_object, tasks, n_s, parameters, contact_set=contact_set)
 
 
 def random_point(problem, rng, spread=0.1):
@@ -119,7 +119,7 @@ def test_the_fast_form_agrees_with_the_clear_formulas(hand, object_name, contact
 
 
 def test_pose_chart_round_trip(right, rng):
-    problem = gp.GraspProblem(right, gp.Cylinder())
+    problem = gp.GraspProblem.paper(right, gp.Cylinder())
     evaluator = StateEvaluator(problem, pin.SE3.Random())
     pose = pin.SE3.Random()
     x = evaluator.pack(right.lower, pose, np.zeros(3))
@@ -133,7 +133,7 @@ def test_a_common_rotation_about_the_cylinder_changes_no_size(right, rng):
     values = []
     for motion in (pin.SE3.Identity(), axis_turn):
         task = gp.force_task(np.array(motion.rotation) @ direction)
-        problem = gp.GraspProblem(right, gp.Cylinder(), (task,))
+        problem = gp.GraspProblem.paper(right, gp.Cylinder(), (task,))
         start = gp.random_start(problem, np.random.default_rng(3))
         grasp = gp.Grasp(problem, start.joint_angles, motion * start.palm_pose, np.full(3, 1e-4))
         values.append((grasp.force_norm, grasp.task_index, *grasp.normal_forces))
@@ -141,7 +141,7 @@ def test_a_common_rotation_about_the_cylinder_changes_no_size(right, rng):
 
 
 def test_each_point_is_evaluated_once(right):
-    problem = gp.GraspProblem(right, gp.Cylinder())
+    problem = gp.GraspProblem.paper(right, gp.Cylinder())
     start = gp.standard_start(problem)
     program = GraspProgram(problem, start.palm_pose)
     z = program.pack(start.joint_angles, start.palm_pose, start.delta_sigma)

@@ -112,7 +112,7 @@ def test_margins_that_are_not_defined_or_not_bounded(planned, monkeypatch):
 
 
 def test_margins_are_those_of_what_is_simulated(right):
-    problem = gp.GraspProblem(right, gp.Sphere(0.035), n_synergies=15, synergy_set="native", contact_set="sphere")
+    problem = gp.GraspProblem.paper(right, gp.Sphere(0.035), n_synergies=15, synergy_set="native", contact_set="sphere")
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     protocol = replace(find_protocol("dexgraspbench"), start="plan", geometry="contacts", rest_s=0.2, hold_s=0.2)
     tested = grasp_as_simulated(simulate_grasp(grasp, protocol, squeeze=2.0, ladder=False))

@@ -13,7 +13,7 @@ FEW = gp.PlannerOptions(starts=3, max_iterations=120)
 def slippery(right):
     """Three synergies and next to no friction."""
     parameters = gp.GraspParameters(friction=0.05)
-    return gp.plan_grasp(gp.GraspProblem(right, gp.Cylinder(), n_synergies=3, parameters=parameters), options=FEW)
+    return gp.plan_grasp(gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=3, parameters=parameters), options=FEW)
 
 
 def test_the_least_violated_point_is_no_worse(slippery):
@@ -45,7 +45,7 @@ def test_more_friction_is_among_the_cures_of_slipping(slippery):
 
 @pytest.mark.slow
 def test_a_cylinder_too_large_for_the_hand_has_to_shrink(right):
-    problem = gp.GraspProblem(right, gp.Cylinder(radius=0.12), n_synergies=3)
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(radius=0.12), n_synergies=3)
     attempt = gp.plan_grasp(problem, options=FEW)
     assert not attempt.feasible
     diagnosis = gp.explain_infeasibility(attempt, time_limit_s=120.0, only=("size",))

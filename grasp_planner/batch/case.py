@@ -40,8 +40,8 @@ GROUPS: dict[str, Any] = {
     for name, field in PROBLEM_FIELDS.items()
     if field.default_factory is not MISSING and is_dataclass(field.default_factory())
 }
-"""Fields of the problem that are groups of options themselves, with their defaults; ``true`` asks for the group's own
-defaults, and ``<group>.<option>`` sets one of them."""
+"""Fields of the problem that are groups of options themselves, with their defaults; ``true`` asks for these, ``false``
+for none of them, and ``<group>.<option>`` sets one."""
 GROUP_SETTINGS = tuple(f"{name}.{field.name}" for name, group in GROUPS.items() for field in fields(group))
 SETTINGS = (*PARAMETER_FIELDS, *OPTION_FIELDS, *PROBLEM_FIELDS, *GROUP_SETTINGS)
 """Everything a case may set besides hand, object, task, n_synergies, seed and time_limit_s."""
@@ -54,7 +54,8 @@ class GraspCase(BaseModel):
         hand: Name of a hand of the package, or path of a description file.
         object: Text form of the object, such as ``cylinder:radius=0.03``.
         task: Text forms of the task directions, such as ``force:+y``.
-        n_synergies: Number of synergies n_s.
+        n_synergies: Number of synergies n_s; if None, as in ``GraspProblem``.
+        paper: Whether settings start from the paper's plain problem, without clearances and load cases.
         seed: Seed of the random starts.
         time_limit_s: Wall time after which the case is stopped [s].
         settings: Fields of ``GraspParameters``, ``PlannerOptions`` and ``GraspProblem`` that differ from their
@@ -66,7 +67,8 @@ class GraspCase(BaseModel):
     hand: str = "dlr_hit_ii_right"
     object: str = "cylinder"
     task: tuple[str, ...] = ModelField(default=("force:+y",), min_length=1)
-    n_synergies: int = ModelField(default=3, ge=1, strict=True)
+    n_synergies: int | None = ModelField(default=None, ge=1, strict=True)
+    paper: bool = ModelField(default=False, strict=True)
     seed: int = ModelField(default=0, ge=0, strict=True)
     time_limit_s: float = ModelField(default=DEFAULT_TIME_LIMIT_S, gt=0.0, allow_inf_nan=False)
     settings: dict[str, Any] = ModelField(default_factory=dict)
@@ -119,6 +121,8 @@ class GraspCase(BaseModel):
             GraspPlannerError: If one is out of range.
         """
         chosen = {name: value for name, value in self._chosen(PROBLEM_FIELDS).items() if name not in GROUPS}
+        if self.n_synergies is not None:
+            chosen["n_synergies"] = self.n_synergies
         for name in GROUPS:
             own = {key.partition(".")[2]: self.settings[key] for key in self.settings if key.startswith(f"{name}.")}
             if own or name in self.settings:
@@ -127,10 +131,10 @@ class GraspCase(BaseModel):
 
     def _group(self, name: str) -> Any:
         """Return the options that a group starts from."""
-        asked = self.settings.get(name, False)
+        asked = self.settings.get(name, not self.paper)
         if not isinstance(asked, bool):
             raise InvalidValueError(name, asked, f"true or false; single options are {', '.join(GROUP_SETTINGS)}")
-        return type(GROUPS[name])() if asked else GROUPS[name]
+        return GROUPS[name] if asked else type(GROUPS[name]).off()
 
     def problem(self, hand: Hand) -> GraspProblem:
         """Return the problem.
@@ -141,11 +145,11 @@ class GraspCase(BaseModel):
         Raises:
             GraspPlannerError: If object, task or a setting does not exist or is out of range.
         """
-        return GraspProblem(
+        make = GraspProblem.paper if self.paper else GraspProblem
+        return make(
             hand=hand,
             grasp_object=parse_object(self.object),
             tasks=tuple(parse_task(task) for task in self.task),
-            n_synergies=self.n_synergies,
             parameters=self.parameters(),
             **self.problem_settings(),
         )
@@ -155,7 +159,7 @@ class GraspCase(BaseModel):
         known = {**PARAMETER_FIELDS, **OPTION_FIELDS}
         values = {name: self.settings.get(name, field.default) for name, field in known.items()}
         for name, group in GROUPS.items():
-            base = type(group)() if self.settings.get(name) is True else group
+            base = self._group(name)
             for field in fields(group):
                 values[f"{name}_{field.name}"] = self.settings.get(f"{name}.{field.name}", getattr(base, field.name))
         return {name: values[name] for name in scalar_setting_types()}

@@ -16,7 +16,7 @@ from ..objects import parse_object
 from ..planning.options import PlannerOptions
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.parameters import STANDARD_GRAVITY, GraspParameters
-from ..problem.problem import GraspProblem
+from ..problem.problem import PAPER_SYNERGIES, PRACTICAL_SYNERGIES, GraspProblem
 from ..spatial import Array, readonly
 from .loads import LOAD_OPTIONS, loads_from_options
 
@@ -26,9 +26,6 @@ CLEARANCES = ("links", "joint-centres", "none")
 """Values of ``--clearance``."""
 
 DEFAULT_OBJECT = "cylinder:radius=0.03,height=0.15,mass=0.2"
-
-PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 8, 3
-"""Number of synergies if none is given: with links that keep clear and load cases few rarely suffice."""
 
 GRASP_OPTIONS = (
     click.option(

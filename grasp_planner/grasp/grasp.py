@@ -36,6 +36,9 @@ from .search_report import SearchReport as SearchReport
 FEASIBILITY_TOLERANCE = 1e-6
 """Largest violation of a feasible grasp, in SI units (m, rad, N, N m)."""
 
+NOTICED_OVERLAP, NOTICED_FORCE = 1e-5, 1e-2
+"""Overlap [m] and disturbance [N] below which there is none to speak of."""
+
 Status = Literal["feasible", "infeasible", "cancelled"]
 
 
@@ -283,12 +286,29 @@ class Grasp:
             return "feasible"
         return "cancelled" if self.search is not None and self.search.cancelled else "infeasible"
 
+    @cached_property
+    def not_asked(self) -> tuple[str, ...]:
+        """What the problem did not ask for and the grasp does not have, in words."""
+        problem, found = self.problem, []
+        options, collisions = problem.clearance, self.collisions
+        overlap = max(
+            collisions["link_object_m"] if options.link_object != "geometry" else 0.0,
+            collisions["self_collision_m"] if not options.self_collision else 0.0,
+        )
+        if overlap > NOTICED_OVERLAP:
+            found.append(f"links may overlap: {1e3 * overlap:.3g} mm")
+        if not problem.loads.disturbed:
+            held = self.passive_margin.size
+            found.append(f"holds a push of only {held:.2g} N" if held > NOTICED_FORCE else "holds no disturbance")
+        return tuple(found)
+
     @property
     def verdict(self) -> str:
-        """One sentence: feasible (and unstable, if it is), or what could not be met and by how much."""
+        """One sentence: feasible, with what was not asked for; or what could not be met and by how much."""
         if self.feasible:
             note = "" if self.stability.stable else f"; but {self.stability.text}"
-            return f"feasible: every requirement is met and the contacts are force-closed{note}"
+            open_points = f"; not asked for: {', '.join(self.not_asked)}" if self.not_asked else ""
+            return f"feasible: every requirement is met and the contacts are force-closed{note}{open_points}"
         parts = [f"{name} {value:.3g}" for name, value in self.failures().items()]
         if not self.force_closed:
             parts.append("not force-closed")

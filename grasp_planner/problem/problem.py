@@ -6,6 +6,7 @@ import warnings
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from .load_cases import LoadCases
 from .parameters import GraspParameters
 from .size_check import ObjectSizeWarning, size_warning
 
+PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 8, 3
+"""Number of synergies if none is given: with links that keep clear and load cases few rarely suffice."""
+
 
 @dataclass(frozen=True)
 class GraspProblem:
@@ -31,16 +35,16 @@ class GraspProblem:
         hand: The hand.
         grasp_object: The object.
         tasks: Task directions with weights.
-        n_synergies: Number of synergies n_s.
+        n_synergies: Number of synergies n_s; if None, eight or as many as the hand has joints.
         parameters: Parameters of the model.
         synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances).
         contact_set: Name of the contact set; the hand's first if None.
         synergy_space: Synergies to use instead of a named set.
-        clearance: What has to keep clear of what; by default nothing, the paper's plain problem (29)–(32), while
-            ``ClearanceOptions()`` asks for real clearances and Remark 1.
+        clearance: What has to keep clear of what: by default links of the object and of each other, with Remark 1.
         contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
-        loads: Disturbances and limits to withstand; by default none, the paper's plain problem, while
-            ``LoadCases()`` asks for practical ones.
+        loads: Disturbances and limits to withstand: by default a push of 1 N from any side, in cones of μ/1.2.
+
+    :meth:`paper` makes the paper's plain problem instead.
 
     Warns with :class:`ObjectSizeWarning` if the object is far too large or too small for the hand.
     """
@@ -48,14 +52,14 @@ class GraspProblem:
     hand: Hand
     grasp_object: GraspObject
     tasks: tuple[TaskDirection, ...] = (force_task((0.0, 1.0, 0.0)),)
-    n_synergies: int = 3
+    n_synergies: int = None  # type: ignore[assignment]  # a number from __post_init__ on
     parameters: GraspParameters = field(default_factory=GraspParameters)
     synergy_set: str | None = None
     contact_set: str | None = None
     synergy_space: SynergySpace | None = None
-    clearance: ClearanceOptions = field(default_factory=ClearanceOptions.off)
+    clearance: ClearanceOptions = field(default_factory=ClearanceOptions)
     contacts: tuple[str, ...] | None = None
-    loads: LoadCases = field(default_factory=LoadCases.off)
+    loads: LoadCases = field(default_factory=LoadCases)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", tuple(self.tasks))
@@ -67,7 +71,10 @@ class GraspProblem:
                 object.__setattr__(self, "contacts", None)
         if not self.tasks:
             raise InvalidValueError("tasks", (), "at least one task direction")
-        n_s, n_q = self.n_synergies, self.hand.n_joints
+        n_q = self.hand.n_joints
+        if self.n_synergies is None:
+            object.__setattr__(self, "n_synergies", min(PRACTICAL_SYNERGIES, n_q))
+        n_s = self.n_synergies
         if isinstance(n_s, bool) or not isinstance(n_s, int) or not 1 <= n_s <= n_q:
             raise InvalidValueError("n_synergies", n_s, f"a whole number from 1 to {n_q}")
         if n_s < 6 and any(task.is_motion for task in self.tasks):
@@ -86,6 +93,18 @@ class GraspProblem:
             warnings.warn(message, ObjectSizeWarning, stacklevel=3)
         # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
         _ = self.synergies, self.joint_compliance
+
+    @classmethod
+    def paper(cls, *fields: Any, **named: Any) -> GraspProblem:
+        """Return the paper's plain problem (29)–(32): nothing keeps clear, no disturbance, three synergies.
+
+        Takes the fields of a problem; those given stay as they are.
+        """
+        named.setdefault("clearance", ClearanceOptions.off())
+        named.setdefault("loads", LoadCases.off())
+        if len(fields) < 4:
+            named.setdefault("n_synergies", PAPER_SYNERGIES)
+        return cls(*fields, **named)
 
     @cached_property
     def frames(self) -> tuple[ContactFrame, ...]:

@@ -97,7 +97,7 @@ def cell_problem(
     Returns:
         The problem, with the paper's point fingertips.
     """
-    return GraspProblem(
+    return GraspProblem.paper(
         hand=hand,
         grasp_object=Cylinder(radius=0.03, height=0.15, mass=0.2),
         tasks=(force_task(DIRECTIONS[cell.direction]),),

@@ -62,7 +62,7 @@ class Preset:
 
     def problem(self) -> GraspProblem:
         """Return the problem: the paper's cylinder, hand and parameters, without clearances."""
-        return GraspProblem(
+        return GraspProblem.paper(
             hand=load_hand(),
             grasp_object=Cylinder(),
             tasks=(parse_task(f"force:+{self.cell.direction}"),),

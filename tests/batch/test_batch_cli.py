@@ -14,10 +14,10 @@ from grasp_planner.batch import CaseTable, load_table, read_spec
 from grasp_planner.cli.batch import batch_command, export_command, parse_rows, progress_text, report_command
 
 SPEC = """
-defaults: {object: cylinder, starts: 3, enough: 1}
+defaults: {paper: true, object: cylinder, starts: 3, enough: 1}
 blocks: [{product: {object.radius: [0.025, 0.035], n_synergies: [3, 5]}}]
 """
-QUICK = "blocks: [{product: {seed: {from: 0, to: 399}}}]"
+QUICK = "blocks: [{fixed: {paper: true}, product: {seed: {from: 0, to: 399}}}]"
 ROOT = Path(__file__).parents[2]
 
 

@@ -14,7 +14,7 @@ from grasp_planner.batch import GraspCase, SchedulerError, load_table, parse_spe
 from grasp_planner.batch.rows import RUN_COLUMNS
 
 REAL = {
-    "defaults": {"starts": 2, "enough": 1},
+    "defaults": {"paper": True, "starts": 2, "enough": 1},
     "blocks": [{"product": {"object.radius": [0.025, 0.035], "n_synergies": [3, 15]}}],
 }
 

@@ -14,7 +14,7 @@ from grasp_planner.batch.store import part_files
 
 CASES = 160
 SPEC = f"""
-defaults: {{object: cylinder, object.radius: 0.03}}
+defaults: {{paper: true, object: cylinder, object.radius: 0.03}}
 blocks: [{{product: {{seed: {{from: 0, to: {CASES - 1}}}}}}}]
 """
 

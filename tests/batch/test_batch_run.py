@@ -14,7 +14,7 @@ from grasp_planner.batch import GraspCase, load_grasps, load_row, load_table, pa
 from grasp_planner.batch.rows import RUN_COLUMNS, columns
 
 REAL = {
-    "defaults": {"starts": 3, "enough": 1},
+    "defaults": {"paper": True, "starts": 3, "enough": 1},
     "blocks": [
         {"product": {"object.radius": [0.025, 0.035], "task": ["force:+x", "force:+y"], "n_synergies": [3, 15]}}
     ],

@@ -14,7 +14,6 @@ from grasp_planner.terms.clearance import problem_constraints
 
 QUICK = gp.PlannerOptions(starts=16, enough=1)
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.
-PLAIN = {"clearance": gp.ClearanceOptions.off()} if hasattr(gp, "ClearanceOptions") else {}
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +23,7 @@ def hand():
 
 def problem(hand, grasp_object=None, **changes):
     """A problem with all synergies."""
-    return gp.GraspProblem(hand=hand, grasp_object=grasp_object or gp.Cylinder(), n_synergies=15, **changes, **PLAIN)
+    return gp.GraspProblem.paper(hand=hand, grasp_object=grasp_object or gp.Cylinder(), n_synergies=15, **changes)
 
 
 @pytest.mark.parametrize("fingers", [("thumb", "index", "middle"), ("thumb", "index", "middle", "ring"), None])
@@ -106,7 +105,7 @@ POWER = ("thumb_pad", "index_pad", "middle_medial", "ring_medial", "little_pad")
 @pytest.mark.parametrize("text", ["cylinder:radius=0.045,height=0.18", "sphere:radius=0.045"])
 def test_power_grasp_with_clear_links(hand, text):
     """Medial phalanges and tips hold 9 cm with every link clear, as coal measures it on the exact geometry."""
-    given = gp.GraspProblem(
+    given = gp.GraspProblem.paper(
         hand,
         gp.parse_object(text),
         n_synergies=15,
@@ -131,5 +130,7 @@ def test_power_grasp_with_clear_links(hand, text):
 def test_tangency_is_asked_of_inner_links_only(hand):
     clear = {"clearance": gp.ClearanceOptions()}
     for contact_set, contacts, wanted in (("links", POWER, True), ("sphere", None, False), ("point", None, False)):
-        given = gp.GraspProblem(hand, gp.Sphere(radius=0.045), contact_set=contact_set, contacts=contacts, **clear)
+        given = gp.GraspProblem.paper(
+            hand, gp.Sphere(radius=0.045), contact_set=contact_set, contacts=contacts, **clear
+        )
         assert ("tangency" in {term.name for term in problem_constraints(given)}) is wanted

@@ -18,7 +18,6 @@ from grasp_planner.hand.urdf_file import find_robot_file
 
 ROOT = Path(__file__).parents[2]
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.
-PLAIN = {"clearance": gp.ClearanceOptions.off()} if hasattr(gp, "ClearanceOptions") else {}
 HANDS = {
     "dlr_hit_ii_right": (5, 20, 15),
     "allegro_right": (4, 16, 16),
@@ -86,8 +85,8 @@ def test_proposal_makes_a_hand(tmp_path):
     hand = gp.load_hand(toml)
     assert hand.n_joints == 6
     space = gp.SynergySpace(hand.joint_names, np.full(6, 0.3), np.eye(6))
-    problem = gp.GraspProblem(
-        hand=hand, grasp_object=gp.Sphere(radius=0.025, mass=0.05), n_synergies=6, synergy_space=space, **PLAIN
+    problem = gp.GraspProblem.paper(
+        hand=hand, grasp_object=gp.Sphere(radius=0.025, mass=0.05), n_synergies=6, synergy_space=space
     )
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=25, enough=1))
     assert grasp.feasible, grasp.verdict

@@ -15,7 +15,6 @@ import grasp_planner as gp
 ROOT = Path(__file__).parents[2]
 QUICK = gp.PlannerOptions(starts=25, enough=1)
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.
-PLAIN = {"clearance": gp.ClearanceOptions.off()} if hasattr(gp, "ClearanceOptions") else {}
 OBJECTS = (
     "sphere:radius=0.035",
     "cylinder:radius=0.03",
@@ -83,7 +82,7 @@ def test_allegro_synergies(allegro):
 @pytest.mark.parametrize("n_synergies", [16, 5])
 @pytest.mark.parametrize("text", OBJECTS)
 def test_allegro_plans(allegro, text, n_synergies):
-    problem = gp.GraspProblem(hand=allegro, grasp_object=gp.parse_object(text), n_synergies=n_synergies, **PLAIN)
+    problem = gp.GraspProblem.paper(hand=allegro, grasp_object=gp.parse_object(text), n_synergies=n_synergies)
     grasp = gp.plan_grasp(problem, seed=1, options=QUICK)
     assert grasp.feasible, grasp.verdict
 
@@ -109,24 +108,26 @@ def test_tendon_synergies_are_those_of_the_pulleys(tendon):
 def test_compliance_of_the_hand_is_the_default(tendon):
     """Without other numbers a problem takes C_q from the hand; numbers given replace it."""
     sphere = gp.Sphere()
-    own = gp.GraspProblem(hand=tendon, grasp_object=sphere, n_synergies=4)
+    own = gp.GraspProblem.paper(hand=tendon, grasp_object=sphere, n_synergies=4)
     np.testing.assert_array_equal(own.joint_compliance, tendon.joint_compliance)
-    given = gp.GraspProblem(
+    given = gp.GraspProblem.paper(
         hand=tendon, grasp_object=sphere, n_synergies=4, parameters=gp.GraspParameters(joint_compliance=0.2)
     )
     np.testing.assert_array_equal(given.joint_compliance, np.full(7, 0.2))
     with pytest.raises(gp.InvalidValueError, match=r"shape \(7,\)"):
         parameters = gp.GraspParameters(joint_compliance=(0.1, 0.2))
-        _ = gp.GraspProblem(hand=tendon, grasp_object=sphere, n_synergies=4, parameters=parameters).joint_compliance
+        _ = gp.GraspProblem.paper(
+            hand=tendon, grasp_object=sphere, n_synergies=4, parameters=parameters
+        ).joint_compliance
     with pytest.raises(gp.InvalidValueError, match="from 1 to 4"):
-        gp.GraspProblem(hand=tendon, grasp_object=sphere, n_synergies=5)
+        gp.GraspProblem.paper(hand=tendon, grasp_object=sphere, n_synergies=5)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("text", ["sphere:radius=0.035,mass=0.1", "cylinder:radius=0.03,mass=0.1"])
 def test_tendon_plans(tendon, text, seed):
     """Four motors hold an object with three fingertips, by a reference they can give: tendons only pull."""
-    problem = gp.GraspProblem(hand=tendon, grasp_object=gp.parse_object(text), n_synergies=4, **PLAIN)
+    problem = gp.GraspProblem.paper(hand=tendon, grasp_object=gp.parse_object(text), n_synergies=4)
     grasp = gp.plan_grasp(problem, seed=seed, options=QUICK)
     assert grasp.feasible, grasp.verdict
     bent = problem.synergies.mean + problem.synergies.basis @ grasp.sigma

@@ -12,7 +12,6 @@ from .test_state_derivatives import MESHES, SHAPES
 
 QUICK = gp.PlannerOptions(starts=25, enough=1)
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.
-PLAIN = {"clearance": gp.ClearanceOptions.off()} if hasattr(gp, "ClearanceOptions") else {}
 
 
 @pytest.mark.slow
@@ -20,12 +19,11 @@ PLAIN = {"clearance": gp.ClearanceOptions.off()} if hasattr(gp, "ClearanceOption
 @pytest.mark.parametrize("shape", [*SHAPES, *MESHES])
 def test_dlr_plans(mesh_texts, shape, n_synergies):
     """Five spherical fingertips of the DLR/HIT II hold every shape."""
-    problem = gp.GraspProblem(
+    problem = gp.GraspProblem.paper(
         hand=gp.load_hand("dlr_hit_ii_right"),
         grasp_object=gp.parse_object(SHAPES.get(shape) or mesh_texts[shape]),
         n_synergies=n_synergies,
         contact_set="sphere",
-        **PLAIN,
     )
     grasp = gp.plan_grasp(problem, seed=1, options=QUICK)
     assert grasp.feasible, grasp.verdict
@@ -34,8 +32,8 @@ def test_dlr_plans(mesh_texts, shape, n_synergies):
 @pytest.mark.parametrize("name", MESHES)
 def test_contacts_touch_the_real_mesh(mesh_texts, name):
     """Fingertips planned on the smooth distance touch the exact mesh to 0.3 mm; the record brings the mesh back."""
-    problem = gp.GraspProblem(
-        hand=gp.load_hand("allegro_right"), grasp_object=gp.parse_object(mesh_texts[name]), n_synergies=16, **PLAIN
+    problem = gp.GraspProblem.paper(
+        hand=gp.load_hand("allegro_right"), grasp_object=gp.parse_object(mesh_texts[name]), n_synergies=16
     )
     grasp = gp.plan_grasp(problem, seed=1, options=QUICK)
     assert grasp.feasible, grasp.verdict

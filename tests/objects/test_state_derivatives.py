@@ -45,7 +45,7 @@ def hands():
 @pytest.mark.parametrize(("hand", "contact_set", "n_synergies"), CASES)
 def test_state_derivatives(hands, mesh_texts, shape, hand, contact_set, n_synergies):
     """All derivatives agree with central differences to 1e-6 of their largest entry, in the solver's units."""
-    problem = gp.GraspProblem(
+    problem = gp.GraspProblem.paper(
         hand=hands[hand],
         grasp_object=gp.parse_object(SHAPES[shape] if shape in SHAPES else mesh_texts[shape]),
         tasks=(gp.force_task((0.2, 1.0, 0.3)), gp.torque_task((0.0, 0.4, 1.0))),

@@ -11,7 +11,7 @@ from grasp_planner.simulate import find_protocol
 @pytest.fixture(scope="session")
 def held(right):
     """Spherical fingertips, every joint free, on a cylinder of 36 mm radius."""
-    problem = gp.GraspProblem(
+    problem = gp.GraspProblem.paper(
         right, gp.Cylinder(radius=0.036), n_synergies=15, synergy_set="native", contact_set="sphere"
     )
     grasp = gp.plan_grasp(problem, seed=0, options=gp.PlannerOptions(enough=1))

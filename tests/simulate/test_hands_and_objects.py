@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 def rest_of(hand, grasp_object, n_synergies, protocol, contact_set=None, seed=0):
     """Plan, and simulate with a little more friction than planned, so that nothing slips."""
-    problem = gp.GraspProblem(hand, grasp_object, n_synergies=n_synergies, contact_set=contact_set)
+    problem = gp.GraspProblem.paper(hand, grasp_object, n_synergies=n_synergies, contact_set=contact_set)
     grasp = gp.plan_grasp(problem, seed=seed, options=gp.PlannerOptions(enough=1))
     assert grasp.feasible
     test = replace(protocol, friction=1.1 * problem.parameters.friction, torques=False, hold_s=0.2)

@@ -19,7 +19,7 @@ PLAN = find_protocol("plan")
 
 def any_grasp(hand, rng, n_synergies=3, **fields):
     """A posture anywhere, no grasp at all."""
-    problem = gp.GraspProblem(hand, gp.Sphere(0.03), n_synergies=n_synergies, **fields)
+    problem = gp.GraspProblem.paper(hand, gp.Sphere(0.03), n_synergies=n_synergies, **fields)
     pose = pin.SE3(pin.exp3(rng.normal(size=3)), rng.normal(scale=0.2, size=3))
     return gp.Grasp(problem, rng.uniform(hand.lower, hand.upper), pose, np.zeros(n_synergies))
 

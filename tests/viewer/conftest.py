@@ -41,7 +41,7 @@ def grasp() -> Grasp:
 @pytest.fixture(scope="session")
 def easy_problem() -> GraspProblem:
     """A problem that is planned within a second."""
-    return GraspProblem(load_hand(), Cylinder(), n_synergies=15, clearance=ClearanceOptions.off())
+    return GraspProblem.paper(load_hand(), Cylinder(), n_synergies=15, clearance=ClearanceOptions.off())
 
 
 @pytest.fixture(scope="session")

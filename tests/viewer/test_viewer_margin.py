@@ -9,7 +9,7 @@ from grasp_planner.viewer.text import story
 
 def test_a_plan_at_the_least_force_has_no_margin_and_one_with_load_cases_has(right, planned):
     assert "no margin" in withstands(planned)
-    problem = gp.GraspProblem(right, gp.Cylinder(), n_synergies=8, loads=gp.LoadCases())
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=8, loads=gp.LoadCases())
     held = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     assert held.feasible
     assert f"{held.passive_margin.size:.2f} N" in withstands(held)
