@@ -41,7 +41,8 @@ def test_the_papers_problem_is_a_switch_and_single_options_add_to_it(tmp_path):
     assert run(*problem).exit_code == 0
     grasp = gp.grasp_from_record(gp.read_grasp_record(output))
     assert not grasp.problem.loads.active
-    assert not grasp.problem.clearance.requirements
+    assert not grasp.problem.clearance.needs_geometry
+    assert not grasp.problem.clearance.remark1
     assert grasp.margins.passive.size < 0.1
     added = run(*problem, "--hand-limits", "--load-force", "0.5", "--load-wrench", "0,0,-1", "--friction-safety", "1.5")
     assert added.exit_code == 0, added.output
