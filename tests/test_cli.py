@@ -31,7 +31,7 @@ def test_the_default_plan_is_the_papers_object_with_load_cases_and_is_feasible(t
     assert record.task[0].direction == (0, 1, 0, 0, 0, 0)
     assert gp.grasp_from_record(record).feasible, "the file alone proves the grasp"
     assert picture.read_bytes().startswith(b"\x89PNG")
-    for word in ("feasible", "floor", "thumb", "little_pip", "surface_m"):
+    for word in ("feasible", "floor", "thumb", "little_pip", "surface"):
         assert word in result.output
 
 
