@@ -11,15 +11,13 @@ from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any, Literal
 
-import pinocchio as pin
-
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp, IterationRecord, SearchReport
 from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.starts import GraspStart
 from ..problem.problem import GraspProblem
-from ..spatial import Array
+from ..spatial import Array, Pose
 
 GRACE_S = 0.12
 """How long a cancelled search may take to stop by itself before its process is ended [s]."""
@@ -238,10 +236,10 @@ def _first_start(request: PlanRequest) -> GraspStart | None:
     if request.start is None:
         return None
     q, pose, delta_sigma = request.start
-    return GraspStart(q, pin.SE3(pose), delta_sigma)
+    return GraspStart(q, Pose.of(pose), delta_sigma)
 
 
 def _grasp(problem: GraspProblem, content: tuple[Array, Array, Array, SearchReport]) -> Grasp:
     """Return the grasp that was sent."""
     q, pose, delta_sigma, search = content
-    return Grasp(problem, q, pin.SE3(pose), delta_sigma, search)
+    return Grasp(problem, q, Pose.of(pose), delta_sigma, search)
