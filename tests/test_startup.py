@@ -35,6 +35,18 @@ def test_help_and_version_import_nothing_heavy(option):
     assert not HEAVY & imported_by(command_line(option))
 
 
+def test_a_plan_imports_no_meshes_pictures_or_pages():
+    code = (
+        "import grasp_planner as gp\n"
+        "hand = gp.load_hand()\n"
+        "problem = gp.GraspProblem.paper(hand, gp.parse_object('cylinder'))\n"
+        "gp.plan_grasp(problem, options=gp.PlannerOptions(max_iterations=1, starts=1, enough=1))\n"
+        "gp.GraspProblem(hand, gp.Sphere())"
+    )
+    unused = {"trimesh", "networkx", "igl", "manifold3d", "viser", "matplotlib", "rich", "PIL", "yourdfpy", "mujoco"}
+    assert not unused & imported_by(code)
+
+
 def test_the_list_of_commands_says_what_the_commands_say():
     context = click.Context(main)
     assert main.list_commands(context) == list(COMMANDS)

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import trimesh
 
 from ..checks import positive
 from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
+
+if TYPE_CHECKING:
+    import trimesh
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import coal
 import numpy as np
-import trimesh
 
 from ..checks import positive
 from ..exceptions import InvalidValueError
@@ -18,6 +17,9 @@ from .base import GraspObject, SurfaceSample
 from .distance_grid import DistanceGrid
 from .grid_cache import cached_distance_grid
 from .mesh_file import MeshWarning, read_solid
+
+if TYPE_CHECKING:
+    import trimesh
 
 CELLS = 100
 """Grid cells along the longest side unless a resolution is given …"""
