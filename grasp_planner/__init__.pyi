@@ -1,11 +1,13 @@
 """The public names, each with the module it is in: the one list, read when the package is imported."""
 
+from . import analysis as analysis
+from . import model as model
 from .analysis.improve import Improvement as Improvement
 from .analysis.improve import improve_grasp as improve_grasp
-from .analysis.post_optimality import PostOptimality as PostOptimality
-from .analysis.post_optimality import Sensitivity as Sensitivity
-from .analysis.post_optimality import optimum_near as optimum_near
-from .analysis.post_optimality import post_optimality as post_optimality
+from .analysis.sensitivity import PostOptimality as PostOptimality
+from .analysis.sensitivity import Sensitivity as Sensitivity
+from .analysis.sensitivity import optimum_near as optimum_near
+from .analysis.sensitivity import post_optimality as post_optimality
 from .analysis.problem_parameters import Parameter as Parameter
 from .analysis.problem_parameters import parameters_of as parameters_of
 from .analysis.retreat import RetreatReport as RetreatReport
