@@ -3,99 +3,11 @@
 The flow: URDF hand → synergies → contacts → forces and task metric → planning problem → solver → grasp → check
 and view. Equation numbers throughout are those of [Mavrogiannis2014]: C. I. Mavrogiannis, C. P. Bechlioulis,
 M. V. Liarokapis, K. J. Kyriakopoulos, "Task-Specific Grasp Selection for Underactuated Hands", ICRA 2014.
+
+The public names are listed in ``__init__.pyi`` and imported when they are first used.
 """
 
-from .analysis.improve import Improvement as Improvement
-from .analysis.improve import improve_grasp as improve_grasp
-from .analysis.post_optimality import PostOptimality as PostOptimality
-from .analysis.post_optimality import Sensitivity as Sensitivity
-from .analysis.post_optimality import optimum_near as optimum_near
-from .analysis.post_optimality import post_optimality as post_optimality
-from .analysis.problem_parameters import Parameter as Parameter
-from .analysis.problem_parameters import parameters_of as parameters_of
-from .analysis.retreat import RetreatReport as RetreatReport
-from .analysis.retreat import retreat_distance as retreat_distance
-from .analysis.tolerance import Tolerance as Tolerance
-from .analysis.tolerance import pose_tolerances as pose_tolerances
-from .analysis.why_not import Change as Change
-from .analysis.why_not import Diagnosis as Diagnosis
-from .analysis.why_not import explain_infeasibility as explain_infeasibility
-from .analysis.why_not import least_violated_point as least_violated_point
-from .exceptions import FileFormatError as FileFormatError
-from .exceptions import GraspPlannerError as GraspPlannerError
-from .exceptions import InvalidValueError as InvalidValueError
-from .exceptions import NameNotFoundError as NameNotFoundError
-from .grasp.grasp import Grasp as Grasp
-from .grasp.grasp import IterationRecord as IterationRecord
-from .grasp.grasp import SearchReport as SearchReport
-from .hand.contact_frame import ContactFrame as ContactFrame
-from .hand.description import hand_library as hand_library
-from .hand.hand import Hand as Hand
-from .hand.kinematics import HandKinematics as HandKinematics
-from .hand.loading import load_hand as load_hand
-from .judge.clearance_check import Clearance as Clearance
-from .judge.clearance_check import hand_clearances as hand_clearances
-from .judge.margins import GraspMargins as GraspMargins
-from .judge.margins import Margin as Margin
-from .judge.stability import Stability as Stability
-from .model.compliance import actual_posture as actual_posture
-from .model.compliance import contact_forces as contact_forces
-from .model.compliance import hand_stiffness as hand_stiffness
-from .model.compliance import internal_forces as internal_forces
-from .model.compliance import joint_torques as joint_torques
-from .model.compliance import series_stiffness as series_stiffness
-from .model.compliance import weighted_right_inverse as weighted_right_inverse
-from .model.contacts import Contacts as Contacts
-from .model.contacts import find_contacts as find_contacts
-from .model.contacts import fingertip_positions as fingertip_positions
-from .model.contacts import grasp_matrix as grasp_matrix
-from .model.contacts import hand_jacobian as hand_jacobian
-from .model.contacts import synergy_jacobian as synergy_jacobian
-from .model.force_closure import force_closure_margin as force_closure_margin
-from .model.force_closure import force_norm_floor as force_norm_floor
-from .model.friction import force_norm as force_norm
-from .model.friction import friction_margins as friction_margins
-from .model.friction import normal_forces as normal_forces
-from .model.task import Ellipsoid as Ellipsoid
-from .model.task import alignment_deg as alignment_deg
-from .model.task import force_transmission_ratio as force_transmission_ratio
-from .model.task import object_synergy_map as object_synergy_map
-from .model.task import restricted_velocity_ratio as restricted_velocity_ratio
-from .model.task import task_index as task_index
-from .model.task import transmission_ellipsoid as transmission_ellipsoid
-from .model.task import velocity_transmission_ratio as velocity_transmission_ratio
-from .model.task_direction import TaskDirection as TaskDirection
-from .model.task_direction import force_task as force_task
-from .model.task_direction import parse_task as parse_task
-from .model.task_direction import torque_task as torque_task
-from .model.task_direction import twist_task as twist_task
-from .objects import Box as Box
-from .objects import Capsule as Capsule
-from .objects import Cylinder as Cylinder
-from .objects import EllipsoidObject as EllipsoidObject
-from .objects import GraspObject as GraspObject
-from .objects import MeshObject as MeshObject
-from .objects import MeshWarning as MeshWarning
-from .objects import Sphere as Sphere
-from .objects import parse_object as parse_object
-from .planning.options import PlannerOptions as PlannerOptions
-from .planning.planner import plan_grasp as plan_grasp
-from .planning.starts import GraspStart as GraspStart
-from .planning.starts import random_start as random_start
-from .planning.starts import standard_start as standard_start
-from .problem.clearance_options import ClearanceOptions as ClearanceOptions
-from .problem.load_cases import LoadCases as LoadCases
-from .problem.parameters import GraspParameters as GraspParameters
-from .problem.problem import GraspProblem as GraspProblem
-from .problem.size_check import ObjectSizeWarning as ObjectSizeWarning
-from .records.grasp_record import grasp_from_record as grasp_from_record
-from .records.grasp_record import grasp_json as grasp_json
-from .records.grasp_record import grasp_record as grasp_record
-from .records.grasp_record import read_grasp_record as read_grasp_record
-from .records.grasp_record import record_schema as record_schema
-from .synergies.space import SynergySpace as SynergySpace
-from .synergies.space import load_synergies as load_synergies
-from .synergies.space import save_synergies as save_synergies
-from .synergies.space import synergies_from_postures as synergies_from_postures
+from .files.public_names import public_names as _public_names
 
 __version__ = "0.1.0"
+__all__, __getattr__, __dir__ = _public_names(__name__, __file__)

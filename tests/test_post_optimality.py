@@ -10,8 +10,8 @@ import grasp_planner as gp
 from grasp_planner.analysis.improve import withstood
 from grasp_planner.analysis.kkt import kkt_point
 from grasp_planner.analysis.optimality_program import OptimalityProgram
-from grasp_planner.analysis.post_optimality import optimum_near, post_optimality
 from grasp_planner.analysis.problem_parameters import parameters_of
+from grasp_planner.analysis.sensitivity import optimum_near, post_optimality
 from grasp_planner.analysis.tolerance import least_tolerance
 from grasp_planner.analysis.validity import Prediction, carried_palm
 from grasp_planner.judge.load_check import case_forces
@@ -164,14 +164,14 @@ def held():
 
 def test_at_its_tolerance_a_contact_starts_to_slip(held):
     series = series_stiffness(held.hand_jacobian, 0.1, 1e5)
-    for tolerance, axis in zip(gp.pose_tolerances(held), np.eye(6), strict=True):
+    for tolerance, axis in zip(gp.analysis.pose_tolerances(held), np.eye(6), strict=True):
         for motion, gives_way in (
             (tolerance.up * axis, tolerance.gives_way_up),
             (-tolerance.down * axis, tolerance.gives_way_down),
         ):
             assert np.abs(motion).max() > 0.0
             forces = case_forces(held.forces, series @ held.grasp_matrix.T, motion[None])[0]
-            slack = gp.friction_margins(forces, held.contacts.normals, 0.8)
+            slack = gp.model.friction_margins(forces, held.contacts.normals, 0.8)
             assert slack.min() > -1e-9
             if gives_way.startswith("friction"):
                 names = [frame.name for frame in held.problem.frames]
@@ -185,7 +185,7 @@ def test_at_its_tolerance_a_contact_starts_to_slip(held):
 def test_improvement_withstands_more_within_its_budget(right, goal, synergy_set):
     problem = gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=5, synergy_set=synergy_set)
     plain = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
-    improved = gp.improve_grasp(plain, goal=goal, budget=0.5, trials=4)
+    improved = gp.analysis.improve_grasp(plain, goal=goal, budget=0.5, trials=4)
     assert improved.after.feasible
     assert improved.after.force_norm <= 1.5 * plain.force_norm + 1e-5
     assert withstood(improved.after, goal) > withstood(plain, goal)
@@ -198,18 +198,18 @@ def test_a_plan_beyond_the_limits_of_the_hand_is_brought_within(right):
     plain = replace(hard, problem=replace(hard.problem, loads=gp.LoadCases.off()))
     assert plain.normal_forces.max() > right.max_normal_force, "without load cases nothing limits it"
     assert withstood(plain, "force") == 0.0
-    improved = gp.improve_grasp(plain, budget=0.2, trials=3).after
+    improved = gp.analysis.improve_grasp(plain, budget=0.2, trials=3).after
     assert improved.normal_forces.max() <= right.max_normal_force + 1e-6
     assert (np.abs(improved.joint_torques) <= right.torque_limits + 1e-6).all()
     assert withstood(improved, "force") > 0.2
 
 
 def test_the_least_tolerance_is_that_of_the_worst_direction(held):
-    single = min(min(t.up, t.down) for t in gp.pose_tolerances(held) if t.unit == "m")
+    single = min(min(t.up, t.down) for t in gp.analysis.pose_tolerances(held) if t.unit == "m")
     assert 0.0 < least_tolerance(held, "m") <= single
 
 
 def test_only_feasible_grasps_are_improved(planned):
     broken = gp.Grasp(planned.problem, planned.joint_angles, planned.palm_pose, 0 * planned.delta_sigma)
     with pytest.raises(gp.InvalidValueError, match="feasible"):
-        gp.improve_grasp(broken)
+        gp.analysis.improve_grasp(broken)

@@ -12,7 +12,7 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from ..analysis.improve import GOALS, Goal, Improvement, improve_grasp, withstood
-from ..analysis.post_optimality import PostOptimality, Sensitivity, post_optimality
+from ..analysis.sensitivity import PostOptimality, Sensitivity, post_optimality
 from ..analysis.tolerance import pose_tolerances
 from ..grasp.grasp import Grasp
 from ..records.analysis_record import analysis_record

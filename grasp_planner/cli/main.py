@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 import warnings
 from collections.abc import Callable
@@ -11,22 +12,79 @@ import click
 
 from .. import __version__
 from ..exceptions import GraspPlannerError
-from .analyse import analyse, improve
-from .batch import batch_command, export_command, report_command
-from .bench import bench
-from .hand import hand_group
-from .plan import plan
-from .reproduce import reproduce
-from .simulate import simulate
-from .study import study_synergies
-from .synergies import synergies_group
-from .view import export, view
 
 EXIT_USAGE = 2
+COMMANDS = {
+    "plan": (".plan", "plan", "Plan a task-specific force-closure grasp."),
+    "analyse": (".analyse", "analyse", "Print margins, stability, tolerance and sensitivities of a planned grasp."),
+    "improve": (
+        ".analyse",
+        "improve",
+        "Plan anew from a grasp, within a budget of grasping force, so that it withstands more.",
+    ),
+    "view": (".view", "view", "Open the interactive viewer in the browser."),
+    "export": (".view", "export", "Write the grasp of the file RESULT as one web page that opens offline."),
+    "reproduce": (
+        ".reproduce",
+        "reproduce",
+        "Plan tables I and II of [Mavrogiannis2014] and print paper and ours, cell by cell.",
+    ),
+    "bench": (
+        ".bench",
+        "bench",
+        "Benchmark the planner: speed of an evaluation, and seeded random problems, each planned with one call.",
+    ),
+    "simulate": (
+        ".simulate",
+        "simulate",
+        "Test the grasp of the file RESULT in MuJoCo: its own springs and synergies move the hand, nothing else.",
+    ),
+    "study-synergies": (
+        ".study",
+        "study_synergies",
+        "Plan random problems, simulate the grasps, and write a page: what holds, and which static margin predicts it.",
+    ),
+    "batch": (
+        ".batch",
+        "batch_command",
+        "Plan all cases of the specification SPEC (YAML), one row each, into Parquet files.",
+    ),
+    "report": (".batch", "report_command", "Write one HTML file about the run in the folder RUN; it needs no network."),
+    "export-rows": (
+        ".batch",
+        "export_command",
+        "Export rows of the run in the folder RUN: grasp JSON, CSV of joint angles, or the DexGraspBench layout.",
+    ),
+    "hand": (".hand", "hand_group", "Bring your own hand."),
+    "synergies": (".synergies", "synergies_group", "Look at synergy sets and fit your own."),
+}
+"""Every command: module and name it is found under, and the short help of the list; a test compares the last."""
 
 
 class _Commands(click.Group):
-    """A group that turns typed errors into one line and exit code 2, and warnings into one line each."""
+    """A group that imports a command when it is called.
+
+    It turns typed errors into one line and exit code 2, and warnings into one line each.
+    """
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of the commands; see the base class."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command, imported now; see the base class."""
+        if cmd_name not in COMMANDS:
+            return None
+        module, name, _ = COMMANDS[cmd_name]
+        found: click.Command = getattr(importlib.import_module(module, __package__), name)
+        return found
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands without importing one; see the base class."""
+        width = formatter.width - 6 - max(map(len, COMMANDS))
+        texts = {name: click.Command(name, help=text) for name, (*_, text) in COMMANDS.items()}
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text.get_short_help_str(width)) for name, text in texts.items()])
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; see the base class."""
@@ -64,22 +122,3 @@ def _warning_printer() -> Callable[..., None]:
 @click.version_option(__version__, prog_name="grasp-planner")
 def main() -> None:
     """Plan and understand task-specific grasps of synergy-driven robot hands."""
-
-
-for command in (
-    plan,
-    analyse,
-    improve,
-    view,
-    export,
-    reproduce,
-    bench,
-    simulate,
-    study_synergies,
-    batch_command,
-    report_command,
-    export_command,
-    hand_group,
-    synergies_group,
-):
-    main.add_command(command)

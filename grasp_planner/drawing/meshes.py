@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import coal
 import numpy as np
-import trimesh
 
 from ..exceptions import InvalidValueError
 from ..hand.configuration import HandConfiguration
 from ..hand.hand import Hand
 from ..objects import GraspObject
 from ..spatial import Array, Pose
+
+if TYPE_CHECKING:
+    import trimesh
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,8 @@ def geometry_mesh(geometry: Any) -> trimesh.Trimesh:
     Raises:
         InvalidValueError: If its kind is not supported.
     """
+    import trimesh
+
     if isinstance(geometry, coal.Sphere):
         return trimesh.creation.icosphere(subdivisions=2, radius=geometry.radius)
     if isinstance(geometry, coal.Capsule):

@@ -99,7 +99,7 @@ def joint_range(joint: ET.Element) -> tuple[float, float]:
     limit = joint.find("limit")
     if limit is None:
         return float("nan"), float("nan")
-    return _number(limit.get("lower")), _number(limit.get("upper"))
+    return finite_or_nan(limit.get("lower")), finite_or_nan(limit.get("upper"))
 
 
 def _moving_defects(joint: ET.Element, by_name: dict[str, ET.Element]) -> list[str]:
@@ -112,7 +112,7 @@ def _moving_defects(joint: ET.Element, by_name: dict[str, ET.Element]) -> list[s
     if not lower < upper:
         defects.append(f"joint {name!r} has no usable limits: lower and upper have to be numbers, lower < upper")
     if axis is not None:
-        along = [_number(part) for part in axis.get("xyz", "1 0 0").split()]
+        along = [finite_or_nan(part) for part in axis.get("xyz", "1 0 0").split()]
         if len(along) != 3 or not np.linalg.norm(along) > 1e-6:
             defects.append(f"joint {name!r} has no usable axis: three numbers that are not all zero")
     if mimic is None:
@@ -167,7 +167,7 @@ def _readable(path: Path) -> bool:
         return False
 
 
-def _number(text: str | None) -> float:
+def finite_or_nan(text: str | None) -> float:
     """Return a finite number of the file, NaN if it is none."""
     try:
         value = float(text or "nan")

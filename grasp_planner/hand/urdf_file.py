@@ -1,21 +1,20 @@
-"""Reading a URDF strictly: Pinocchio for the model and its collision geometry, yourdfpy for the mimic joints."""
+"""Reading a URDF strictly: Pinocchio for the model and its collision geometry, the XML for the mimic joints."""
 
 from __future__ import annotations
 
 import importlib.metadata
-import logging
 import warnings
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-import yourdfpy
 
 from ..exceptions import FileFormatError
 from ..files.text import read_text_file, refuse_entities
-from .urdf_checks import joint_defects, mesh_defects, package_folders, parse_robot
+from .urdf_checks import finite_or_nan, joint_defects, mesh_defects, package_folders, parse_robot
 
 MAX_URDF_BYTES = 20_000_000
 """Largest URDF that is read."""
@@ -100,7 +99,7 @@ def read_urdf(path: Path) -> UrdfFile:
     root = parse_robot(path, text)
     for defect in (*joint_defects(root), *mesh_defects(path, text, root, collision_only=True)):
         raise FileFormatError(path, defect)
-    mimics = _mimics(path, _parse(path, text))
+    mimics = _mimics(path, root)
     try:
         model = pin.buildModelFromXML(text)
         with warnings.catch_warnings():
@@ -119,34 +118,16 @@ def read_urdf_text(path: Path) -> str:
     return text
 
 
-def _parse(path: Path, text: str) -> Any:
-    """Parse the XML with yourdfpy, without meshes."""
-    logger = logging.getLogger("yourdfpy")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
-    try:
-        loaded = yourdfpy.URDF.load(
-            str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
-        )
-        return loaded.robot
-    except Exception as error:
-        reason = (str(error) or type(error).__name__).splitlines()[0]
-        raise FileFormatError(path, f"is not a valid URDF: {reason}") from None
-    finally:
-        logger.setLevel(level)
-
-
-def _mimics(path: Path, robot: Any) -> dict[str, MimicJoint]:
+def _mimics(path: Path, robot: ET.Element) -> dict[str, MimicJoint]:
     """Return the mimic joints; that they follow a free joint has been checked."""
     mimics: dict[str, MimicJoint] = {}
-    for joint in robot.joints:
-        if joint.mimic is None:
+    for joint in robot.findall("joint"):
+        mimic = joint.find("mimic")
+        if mimic is None:
             continue
-        multiplier = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
-        offset = 0.0 if joint.mimic.offset is None else float(joint.mimic.offset)
+        name = joint.get("name", "")
+        multiplier, offset = finite_or_nan(mimic.get("multiplier", "1")), finite_or_nan(mimic.get("offset", "0"))
         if not (np.isfinite(multiplier) and np.isfinite(offset)) or multiplier == 0.0:
-            raise FileFormatError(
-                path, f"joint {joint.name!r}: mimic multiplier and offset have to be finite and not 0"
-            )
-        mimics[joint.name] = MimicJoint(joint.mimic.joint, multiplier, offset)
+            raise FileFormatError(path, f"joint {name!r}: mimic multiplier and offset have to be finite and not 0")
+        mimics[name] = MimicJoint(mimic.get("joint", ""), multiplier, offset)
     return mimics

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import trimesh
 
 from ..checks import positive
 from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
 from ..values import Value, exact_text
+
+if TYPE_CHECKING:
+    import trimesh
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,15 @@ edges a fraction of the resolution; the error is measured when the grid is built
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import igl
 import numpy as np
-import scipy.interpolate
-import scipy.ndimage
-import trimesh
 
 from ..spatial import Array
 from .base import SurfaceSample
+
+if TYPE_CHECKING:
+    import trimesh
 
 SPREAD = 10.0
 """Outside the box the spacing is resolution · √(1 + (s / L)²) at the distance s, L = 10 resolutions."""
@@ -192,6 +192,8 @@ def build_distance_grid(mesh: trimesh.Trimesh, resolution: float, tolerance: flo
 
 def _built(mesh: trimesh.Trimesh, resolution: float) -> DistanceGrid:
     """Return the grid of one resolution, or of the finest that is allowed."""
+    import scipy.ndimage
+
     axes = GridAxes.around(mesh.bounds, resolution)
     while np.prod(axes.counts, dtype=float) > MAX_NODES:
         resolution *= 1.05
@@ -204,6 +206,8 @@ def _built(mesh: trimesh.Trimesh, resolution: float) -> DistanceGrid:
 
 def measured_error(mesh: trimesh.Trimesh, grid: DistanceGrid) -> float:
     """Return the largest error of a grid at random points on and up to 12 mm outside the surface [m]."""
+    import trimesh
+
     points, faces = trimesh.sample.sample_surface(mesh, PROBES, seed=0)
     lift = np.random.default_rng(0).uniform(0.0, 0.012, PROBES)
     lift[: PROBES // 2] = 0.0
@@ -213,6 +217,8 @@ def measured_error(mesh: trimesh.Trimesh, grid: DistanceGrid) -> float:
 
 def exact_distance(mesh: trimesh.Trimesh, points: Array) -> Array:
     """Return the exact signed distance to a solid, negative inside [m], of shape (n,)."""
+    import igl
+
     vertices, faces = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
     sign = igl.SignedDistanceType.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
     parts = (np.ascontiguousarray(points[k : k + CHUNK]) for k in range(0, len(points), CHUNK))
@@ -242,6 +248,8 @@ def _distances(mesh: trimesh.Trimesh, axes: GridAxes) -> Array:
 
 def _doubled(values: Array) -> Array:
     """Return values at the nodes and between them, by cubic interpolation along each axis."""
+    import scipy.interpolate
+
     for axis, count in enumerate(values.shape):
         index = np.arange(count)
         refine = scipy.interpolate.make_interp_spline(index, np.eye(count), k=3)(np.arange(2 * count - 1) / 2)

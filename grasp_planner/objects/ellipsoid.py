@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import coal
 import numpy as np
-import trimesh
 
 from ..spatial import Array
 from .base import GraspObject, SurfaceSample, check_sizes
+
+if TYPE_CHECKING:
+    import trimesh
 
 NEWTON_STEPS = 60
 """Most Newton steps; they climb monotonically to the root and take 5 to 10."""
@@ -70,6 +72,8 @@ class EllipsoidObject(GraspObject):
     @property
     def mesh(self) -> trimesh.Trimesh:
         """Triangle mesh in O [m]."""
+        import trimesh
+
         mesh = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
         mesh.apply_scale(self.half_extents)
         return mesh

@@ -8,12 +8,14 @@ import os
 import tempfile
 import zipfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import platformdirs
-import trimesh
 
 from .distance_grid import MAX_NODES, DistanceGrid, GridAxes, build_distance_grid
+
+if TYPE_CHECKING:
+    import trimesh
 
 CACHE_VERSION = 3
 """Raised whenever grids are built in another way."""
@@ -41,6 +43,8 @@ def cached_distance_grid(mesh: trimesh.Trimesh, resolution: float, tolerance: fl
 
 def cache_folder() -> Path:
     """Return the folder the grids are kept in."""
+    import platformdirs
+
     return Path(platformdirs.user_cache_dir("grasp_planner", appauthor=False)) / "distance_grids"
 
 

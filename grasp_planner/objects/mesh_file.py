@@ -9,14 +9,16 @@ import io
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import igl
 import numpy as np
-import trimesh
 
 from ..exceptions import FileFormatError
 from ..files.text import refuse_entities
 from ..spatial import Array, Indices
+
+if TYPE_CHECKING:
+    import trimesh
 
 MAX_MESH_BYTES = 200_000_000
 """Largest mesh file that is read."""
@@ -94,6 +96,8 @@ OVERLAP_ALLOWED = 1e-3
 
 def _read(path: Path) -> trimesh.Trimesh:
     """Return the triangles of a file with duplicate vertices merged, after the caps."""
+    import trimesh
+
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise FileFormatError(path, f"suffix {suffix!r} is none of {', '.join(MESH_SUFFIXES)}")
@@ -131,6 +135,8 @@ def _read(path: Path) -> trimesh.Trimesh:
 
 def _cleaned(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """Return a bare mesh with finite, merged vertices and no triangle that is only a line."""
+    import trimesh
+
     vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)
     if not np.isfinite(vertices[faces]).all():
         raise FileFormatError(path, "has vertices that are not finite numbers")
@@ -196,12 +202,16 @@ def _overlap(mesh: trimesh.Trimesh) -> float:
 
 def _winding(mesh: trimesh.Trimesh, points: Array) -> Array:
     """Return the winding number of the mesh around points, of shape (n,)."""
+    import igl
+
     vertices, faces = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
     return np.asarray(igl.fast_winding_number(vertices, faces, np.ascontiguousarray(points)))
 
 
 def _united(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """Return the union of the parts of a mesh."""
+    import trimesh
+
     parts = [part for part in mesh.split(only_watertight=True) if part.volume > 0.0]
     if len(parts) < 2:
         raise FileFormatError(path, "a single part intersects itself, which can't be repaired")

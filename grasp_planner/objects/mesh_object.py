@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import coal
 import numpy as np
-import trimesh
 
 from ..checks import positive
 from ..exceptions import InvalidValueError
@@ -16,6 +15,9 @@ from ..spatial import Array, readonly
 from ..values import exact_text
 from .base import GraspObject, SurfaceSample
 from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid
+
+if TYPE_CHECKING:
+    import trimesh
 
 DEFAULT_MASS = 0.2
 """Mass without mass and density [kg]."""

@@ -10,10 +10,9 @@ import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import trimesh
 
 from ..checks import positive
 from ..exceptions import InvalidValueError
@@ -22,6 +21,9 @@ from ..values import Value
 from .distance_grid import DistanceGrid
 from .grid_cache import cached_distance_grid
 from .mesh_file import MeshWarning, read_solid
+
+if TYPE_CHECKING:
+    import trimesh
 
 CELLS = 100
 """Grid cells along the longest side unless a resolution is given …"""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import coal
 import numpy as np
-import trimesh
 
 from ..exceptions import InvalidValueError
 from ..spatial import Array
 from .base import GraspObject, SurfaceSample, check_sizes, rounded, rounded_solid
+
+if TYPE_CHECKING:
+    import trimesh
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,6 +49,8 @@ class Sphere(GraspObject):
     @property
     def mesh(self) -> trimesh.Trimesh:
         """Triangle mesh in O [m]."""
+        import trimesh
+
         return trimesh.creation.icosphere(subdivisions=3, radius=self.radius)
 
 
@@ -129,6 +133,8 @@ class Cylinder(GraspObject):
     @property
     def mesh(self) -> trimesh.Trimesh:
         """Triangle mesh in O [m]."""
+        import trimesh
+
         return trimesh.creation.cylinder(radius=self.radius, height=self.height, sections=64)
 
 
@@ -172,6 +178,8 @@ class Capsule(GraspObject):
     @property
     def mesh(self) -> trimesh.Trimesh:
         """Triangle mesh in O [m]."""
+        import trimesh
+
         mesh = trimesh.creation.capsule(height=self.height, radius=self.radius, count=[32, 32])
         mesh.apply_translation(-mesh.bounds.mean(axis=0))
         return mesh
@@ -224,6 +232,8 @@ class Box(GraspObject):
     @property
     def mesh(self) -> trimesh.Trimesh:
         """Triangle mesh in O [m]."""
+        import trimesh
+
         return trimesh.creation.box(extents=2 * self.half_extents)
 
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from ..analysis.post_optimality import PostOptimality, Sensitivity
+from ..analysis.sensitivity import PostOptimality, Sensitivity
 from ..analysis.tolerance import Tolerance, pose_tolerances
 from ..grasp.grasp import Grasp
 from .layout import MarginsRecord, Number, Optional, Record, StabilityRecord

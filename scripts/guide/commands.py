@@ -32,7 +32,10 @@ def reference() -> str:
 
 def commands(group: click.Group = main, path: tuple[str, ...] = (PROGRAM,)) -> Iterator[tuple[str, click.Command]]:
     """Yield every command that does something, with the words that call it."""
-    for name, command in group.commands.items():
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        assert command is not None, name
         if isinstance(command, click.Group):
             yield from commands(command, (*path, name))
         else:

@@ -1,0 +1,29 @@
+"""The formulas, each with the file it is in."""
+
+from .compliance import actual_posture as actual_posture
+from .compliance import contact_forces as contact_forces
+from .compliance import hand_stiffness as hand_stiffness
+from .compliance import internal_forces as internal_forces
+from .compliance import joint_torques as joint_torques
+from .compliance import series_stiffness as series_stiffness
+from .compliance import weighted_right_inverse as weighted_right_inverse
+from .contacts import Contacts as Contacts
+from .contacts import find_contacts as find_contacts
+from .contacts import fingertip_positions as fingertip_positions
+from .contacts import grasp_matrix as grasp_matrix
+from .contacts import hand_jacobian as hand_jacobian
+from .contacts import synergy_jacobian as synergy_jacobian
+from .force_closure import force_closure_margin as force_closure_margin
+from .force_closure import force_norm_floor as force_norm_floor
+from .friction import force_norm as force_norm
+from .friction import friction_margins as friction_margins
+from .friction import normal_forces as normal_forces
+from .task import Ellipsoid as Ellipsoid
+from .task import alignment_deg as alignment_deg
+from .task import force_transmission_ratio as force_transmission_ratio
+from .task import object_synergy_map as object_synergy_map
+from .task import restricted_velocity_ratio as restricted_velocity_ratio
+from .task import task_index as task_index
+from .task import transmission_ellipsoid as transmission_ellipsoid
+from .task import transmission_ratio as transmission_ratio
+from .task import velocity_transmission_ratio as velocity_transmission_ratio
