@@ -14,7 +14,7 @@ from pathlib import Path
 import click
 
 import grasp_planner as gp
-from grasp_planner.analysis.post_optimality import optimum_near
+from grasp_planner.analysis.sensitivity import optimum_near
 
 FOLDER = Path(__file__).resolve().parents[1] / "tests" / "data"
 HAND = "dlr_hit_ii_right"

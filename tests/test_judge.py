@@ -197,7 +197,7 @@ def test_force_closure_is_that_of_the_contacts_and_of_friction():
     grasp = stored("native_15_push")
     model = by_hand(grasp)
     assert grasp.force_closure_margin == pytest.approx(
-        gp.force_closure_margin(model.points, model.normals, 0.8), abs=1e-7
+        gp.model.force_closure_margin(model.points, model.normals, 0.8), abs=1e-7
     )
     least = min(mu for mu in np.linspace(0.02, 0.8, 40) if with_parameters(grasp, friction=mu).force_closed)
     assert with_parameters(grasp, friction=0.8).force_closed

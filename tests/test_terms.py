@@ -10,6 +10,7 @@ from grasp_planner.evaluation.load_response import CONE_SMOOTHING
 from grasp_planner.evaluation.state import FRICTION_SMOOTHING
 from grasp_planner.grasp.verdict import Violation
 from grasp_planner.problem.term import Constraint, Cost, Unit
+from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.terms.objective import problem_objective
 from grasp_planner.terms.registry import REQUIREMENTS, judged_requirements, problem_constraints, stacked
 from tests.finite_differences import central_differences, relative_error
@@ -286,7 +287,7 @@ def plain_sum(grasp):
 
 def test_own_terms_come_back_from_the_record_when_passed_in_again(raised):
     grasp = replace(raised, problem=replace(raised.problem, costs=(_Height().weighted(0.5),)))
-    record = gp.grasp_record(grasp)
+    record = grasp_record(grasp)
     assert record.violations["palm_above"].unit == "m"
     assert record.costs["palm_height"].weight == 0.5 and record.costs["palm_height"].unit == "m²"
     assert record.costs["palm_height"].value == pytest.approx(float(grasp.palm_pose.translation[2]) ** 2)
@@ -296,12 +297,12 @@ def test_own_terms_come_back_from_the_record_when_passed_in_again(raised):
     again = gp.grasp_from_record(record, costs=(_Height(),), constraints=(term,))
     assert again.problem.constraints == (term,)
     assert [each.weight for each in again.problem.costs] == [0.5]
-    assert gp.grasp_record(again).violations.keys() == record.violations.keys()
+    assert grasp_record(again).violations.keys() == record.violations.keys()
     assert again.objective == pytest.approx(grasp.objective)
 
 
 def test_a_record_says_which_own_terms_are_missing(raised):
-    record = gp.grasp_record(replace(raised, problem=replace(raised.problem, costs=(_Height(),))))
+    record = grasp_record(replace(raised, problem=replace(raised.problem, costs=(_Height(),))))
     with pytest.raises(gp.InvalidValueError, match=r"palm_height missing; pass .* costs=") as caught:
         gp.grasp_from_record(record)
     assert "\n" not in str(caught.value)
@@ -309,14 +310,14 @@ def test_a_record_says_which_own_terms_are_missing(raised):
         gp.grasp_from_record(record, costs=(_Height(),))
     with pytest.raises(gp.InvalidValueError, match="only own terms that the file names"):
         gp.grasp_from_record(
-            gp.grasp_record(replace(raised, problem=replace(raised.problem, constraints=()))), costs=(_Height(),)
+            grasp_record(replace(raised, problem=replace(raised.problem, constraints=()))), costs=(_Height(),)
         )
 
 
 def test_why_not_names_an_own_constraint_with_its_unit(plain):
     """No palm 20 m above the object holds it."""
     problem = replace(plain.problem, constraints=(_PalmAbove(20.0),))
-    diagnosis = gp.explain_infeasibility(replace(plain, problem=problem), only=("none",), time_limit_s=5.0)
+    diagnosis = gp.analysis.explain_infeasibility(replace(plain, problem=problem), only=("none",), time_limit_s=5.0)
     assert diagnosis.binding.name in ("palm_above", "surface")
     assert "palm_above" in diagnosis.text
     assert f"{diagnosis.least_violated.violations['palm_above'].value:.3g} m" in diagnosis.text
@@ -404,4 +405,4 @@ def test_a_violation_that_is_no_number_is_none_that_is_met(plain):
 
     judged = replace(plain, problem=replace(plain.problem, constraints=(_Undefined(0.0),)))
     assert not judged.feasible
-    assert gp.grasp_record(judged).violations["palm_above"].value is None
+    assert grasp_record(judged).violations["palm_above"].value is None

@@ -75,6 +75,8 @@ class MeshSolid(Value):
     @property
     def mesh(self) -> trimesh.Trimesh:
         """The triangles as a new mesh."""
+        import trimesh
+
         return trimesh.Trimesh(vertices=np.array(self.vertices), faces=np.array(self.faces), process=False)
 
     @cached_property
