@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import BFGS, SR1, NonlinearConstraint, minimize
 
 import grasp_planner as gp
+from grasp_planner.grasp.search_report import SearchReport
 from grasp_planner.planning import program
 from grasp_planner.planning.preparation import prepare_start
 
@@ -138,7 +139,7 @@ def trust_region(hessian: BFGS | SR1) -> Variant:
         )
         layout, x = grasp_program.evaluator.layout, found.x * grasp_program.scale
         q = np.clip(x[layout.joints], problem.hand.lower, problem.hand.upper)
-        report = gp.SearchReport(seed=0, iterations=int(found.nit), evaluations=grasp_program.evaluations)
+        report = SearchReport(seed=0, iterations=int(found.nit), evaluations=grasp_program.evaluations)
         return gp.Grasp(problem, q, grasp_program.evaluator.palm_pose(x), x[layout.displacement], search=report)
 
     return solve

@@ -170,7 +170,7 @@ def test_state_agrees_with_the_independent_check(text):
     touching = contact_shapes(given.hand, link_shapes(given.hand), given.frames)
     for evaluator, x in states(given, 4):
         clearance = evaluator.evaluate(x).clearance
-        found = gp.hand_clearances(given, x[:15], evaluator.palm_pose(x))
+        found = gp.analysis.hand_clearances(given, x[:15], evaluator.palm_pose(x))
         contact_links = {name.rsplit("_", 1)[0] for name in touching} | {f"{f.name}_pad" for f in given.frames}
         exact = [p.distance for p in found if p.kind == "link_object" and p.link_a not in contact_links]
         if 0.0 < min(exact) < 0.01:
@@ -269,5 +269,5 @@ def test_overlaps_are_found_by_coal():
     pose = gp.standard_start(given).palm_pose
     deep = pose.copy()
     deep.translation = -np.array(pose.rotation) @ np.array([0.036 + 0.015, 0.0, 0.05])
-    found = gp.hand_clearances(given, np.zeros(15), deep)
+    found = gp.analysis.hand_clearances(given, np.zeros(15), deep)
     assert penetration(found, "link_object") == pytest.approx(0.005, abs=1e-9)

@@ -12,6 +12,7 @@ from grasp_planner.evaluation.state import StateEvaluator
 from grasp_planner.judge.clearance_check import penetration
 from grasp_planner.planning.least_squares import restore_feasibility
 from grasp_planner.planning.phase_one import opposition
+from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.studies.benchmark import plan_case
 from grasp_planner.studies.benchmark_problems import BenchmarkCase
 
@@ -59,11 +60,11 @@ def test_the_ground_is_respected(on_ground):
 
 def test_the_hand_can_retreat(on_ground):
     """Opened along its synergies, the hand comes away; the path starts at the grasp and ends clear of the object."""
-    report = gp.retreat_distance(on_ground)
+    report = gp.analysis.retreat_distance(on_ground)
     assert len(report.palm_poses) == len(report.joint_angles)
     np.testing.assert_array_equal(report.joint_angles[0], on_ground.joint_angles)
     if report.free:
-        found = gp.hand_clearances(on_ground.problem, report.joint_angles[-1], report.palm_poses[-1])
+        found = gp.analysis.hand_clearances(on_ground.problem, report.joint_angles[-1], report.palm_poses[-1])
         assert min(pair.distance for pair in found if pair.kind == "link_object") > 0.02
         assert 0.0 < report.distance <= 0.4
     else:
@@ -77,7 +78,7 @@ def test_a_caged_hand_cannot_retreat():
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]).T  # palm normal upwards
     pose = start.palm_pose.copy()
     pose.rotation, pose.translation = turn, -turn @ np.array([0.105, 0.01, 0.175])
-    report = gp.retreat_distance(gp.Grasp(given, np.full(15, 0.1), pose, np.zeros(3)))
+    report = gp.analysis.retreat_distance(gp.Grasp(given, np.full(15, 0.1), pose, np.zeros(3)))
     assert not report.free
     assert report.collision.kind == "ground"
     assert report.distance < 0.03
@@ -85,7 +86,7 @@ def test_a_caged_hand_cannot_retreat():
 
 def test_record_round_trip(on_ground):
     """Options and violations survive; the closest pairs are written."""
-    record = gp.grasp_record(on_ground)
+    record = grasp_record(on_ground)
     again = gp.grasp_from_record(record, HAND)
     assert again.problem.clearance == on_ground.problem.clearance
     assert again.violations == pytest.approx(on_ground.violations, abs=1e-9)
@@ -100,7 +101,7 @@ def test_without_clearance_collisions_are_reported_but_do_not_count(on_ground):
     grasp = gp.Grasp(plain, np.zeros(15), pose, np.zeros(plain.n_synergies))
     assert grasp.collisions["link_object_m"] > 0.01
     assert "link_object_m" not in grasp.violations
-    assert gp.grasp_record(grasp).violations.link_object_m is None
+    assert grasp_record(grasp).violations.link_object_m is None
     counted = gp.Grasp(replace(plain, clearance=gp.ClearanceOptions()), np.zeros(15), pose, np.zeros(3))
     assert counted.violations["link_object_m"] == pytest.approx(grasp.collisions["link_object_m"])
 

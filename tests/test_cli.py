@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 import grasp_planner as gp
 from grasp_planner.cli.main import main
+from grasp_planner.problem.size_check import ObjectSizeWarning
 
 
 def run(*arguments):
@@ -194,5 +195,5 @@ def test_wrong_units_are_one_warning_with_a_guess(tmp_path, text, what, guess):
 def test_an_object_of_fitting_size_is_no_warning():
     for text in ("sphere:radius=0.03", "box:x=0.02,y=0.4,z=0.4", "capsule:radius=0.004,height=0.02"):
         gp.GraspProblem.paper(gp.load_hand(), gp.parse_object(text))
-    with pytest.warns(gp.ObjectSizeWarning, match="centimetres"):
+    with pytest.warns(ObjectSizeWarning, match="centimetres"):
         gp.GraspProblem.paper(gp.load_hand("allegro_right"), gp.Sphere(radius=3.0))

@@ -10,7 +10,7 @@ from tests.finite_differences import central_differences
 
 def test_grasp_matrix_sums_forces_and_moments(rng):
     points, forces = rng.normal(size=(2, 5, 3))
-    wrench = gp.grasp_matrix(points) @ forces.ravel()
+    wrench = gp.model.grasp_matrix(points) @ forces.ravel()
     np.testing.assert_allclose(wrench[:3], forces.sum(axis=0), atol=1e-14)
     np.testing.assert_allclose(wrench[3:], np.cross(points, forces).sum(axis=0), atol=1e-14)
 
@@ -18,13 +18,13 @@ def test_grasp_matrix_sums_forces_and_moments(rng):
 def test_its_transpose_gives_contact_velocities_of_the_object(rng):
     points = rng.normal(size=(4, 3))
     velocity, spin = rng.normal(size=(2, 3))
-    contact = gp.grasp_matrix(points).T @ np.concatenate([velocity, spin])
+    contact = gp.model.grasp_matrix(points).T @ np.concatenate([velocity, spin])
     np.testing.assert_allclose(contact.reshape(-1, 3), velocity + np.cross(spin, points), atol=1e-14)
 
 
 def test_spherical_fingertips_touch_at_their_surface():
     ball = gp.Sphere(radius=0.03)
-    contacts = gp.find_contacts(np.array([[0.05, 0.0, 0.0]]), np.array([0.01]), ball)
+    contacts = gp.model.find_contacts(np.array([[0.05, 0.0, 0.0]]), np.array([0.01]), ball)
     np.testing.assert_allclose(contacts.gaps, [0.01])
     np.testing.assert_allclose(contacts.normals, [[-1.0, 0.0, 0.0]])
     np.testing.assert_allclose(contacts.points, [[0.04, 0.0, 0.0]])
@@ -36,10 +36,10 @@ def test_hand_jacobian_is_the_velocity_of_the_touching_point_of_the_link(hand, c
     frames = hand.contact_frames(contact_set)
     q = hand.lower + (hand.upper - hand.lower) * rng.random(hand.n_joints)
     pose = pin.SE3.Random()
-    centres = gp.fingertip_positions(hand, frames, q, pose)
+    centres = gp.model.fingertip_positions(hand, frames, q, pose)
     radii = np.array([frame.radius for frame in frames])
-    points = gp.find_contacts(centres, radii, gp.Sphere()).points
-    analytic = gp.hand_jacobian(hand, frames, q, pose, points)
+    points = gp.model.find_contacts(centres, radii, gp.Sphere()).points
+    analytic = gp.model.hand_jacobian(hand, frames, q, pose, points)
 
     data = hand.model.createData()
     pin.framesForwardKinematics(hand.model, data, hand.full_configuration(q))
@@ -57,4 +57,4 @@ def test_hand_jacobian_is_the_velocity_of_the_touching_point_of_the_link(hand, c
 
 def test_synergy_jacobian_asks_for_a_row_per_joint():
     with pytest.raises(gp.InvalidValueError, match="one row per joint"):
-        gp.synergy_jacobian(np.zeros((15, 15)), np.zeros((14, 3)))
+        gp.model.synergy_jacobian(np.zeros((15, 15)), np.zeros((14, 3)))

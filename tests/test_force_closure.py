@@ -22,7 +22,7 @@ def ring(n, radius=0.03, height=0.0):
 def test_a_ring_of_fingers_needs_weight_over_friction_root_n(n, friction):
     """Each of n fingers presses with w/(n μ), so F = √n w/(n μ)."""
     points, normals = ring(n)
-    floor = gp.force_norm_floor(points, normals, friction, WEIGHT)
+    floor = gp.model.force_norm_floor(points, normals, friction, WEIGHT)
     assert floor == pytest.approx(1.962 / (friction * math.sqrt(n)), rel=1e-6)
 
 
@@ -32,24 +32,24 @@ def test_thumb_against_four_fingers():
     points = np.vstack([[0.03, 0, 0], np.column_stack([np.full(4, -0.03), np.zeros(4), offsets])])
     normals = np.array([[-1.0, 0, 0]] + [[1.0, 0, 0]] * 4)
     expected = 1.962 / (2 * 0.8) * math.sqrt(1.25)
-    assert gp.force_norm_floor(points, normals, 0.8, WEIGHT) == pytest.approx(expected, rel=1e-5)
+    assert gp.model.force_norm_floor(points, normals, 0.8, WEIGHT) == pytest.approx(expected, rel=1e-5)
 
 
 def test_no_forces_from_one_side_hold_the_object():
     points = np.array([[-0.03, 0, 0], [-0.03, 0.01, 0], [-0.03, 0, 0.01]])
     normals = np.tile([1.0, 0, 0], (3, 1))
-    assert gp.force_norm_floor(points, normals, 0.8, WEIGHT) == math.inf
-    assert not gp.force_closure_margin(points, normals, 0.8) > 0.0
+    assert gp.model.force_norm_floor(points, normals, 0.8, WEIGHT) == math.inf
+    assert not gp.model.force_closure_margin(points, normals, 0.8) > 0.0
 
 
 def test_a_ring_is_force_closed_and_can_press_straight_inwards():
     points, normals = ring(3)
-    assert gp.force_closure_margin(points, normals, 0.8) == pytest.approx(0.8, abs=1e-6)
+    assert gp.model.force_closure_margin(points, normals, 0.8) == pytest.approx(0.8, abs=1e-6)
 
 
 def test_two_contacts_are_not_force_closed():
     points, normals = ring(2)
-    assert gp.force_closure_margin(points, normals, 0.8) == -math.inf
+    assert gp.model.force_closure_margin(points, normals, 0.8) == -math.inf
 
 
 def test_without_enough_friction_a_wedge_is_not_closed():
@@ -58,21 +58,21 @@ def test_without_enough_friction_a_wedge_is_not_closed():
     inward = np.array([[-math.cos(lean), 0, math.sin(lean)], [math.cos(lean), 0, math.sin(lean)]])
     points = np.array([[0.03, 0.01, 0], [0.03, -0.01, 0], [-0.03, 0.01, 0], [-0.03, -0.01, 0]])
     normals = np.repeat(inward, 2, axis=0)
-    assert gp.force_closure_margin(points, normals, math.tan(lean) * 1.05) > 0.0
-    assert not gp.force_closure_margin(points, normals, math.tan(lean) * 0.95) > 0.0
+    assert gp.model.force_closure_margin(points, normals, math.tan(lean) * 1.05) > 0.0
+    assert not gp.model.force_closure_margin(points, normals, math.tan(lean) * 0.95) > 0.0
 
 
 def test_closure_does_not_depend_on_units_or_place(rng):
     points, normals = ring(4)
-    near = gp.force_closure_margin(points, normals, 0.5)
-    scaled = gp.force_closure_margin(1000 * points, normals, 0.5)
+    near = gp.model.force_closure_margin(points, normals, 0.5)
+    scaled = gp.model.force_closure_margin(1000 * points, normals, 0.5)
     assert scaled == pytest.approx(near, abs=1e-6)
 
 
 def test_friction_margins_and_force_norm():
     normals = np.array([[1.0, 0, 0], [0, 0, -1.0]])
     forces = np.array([[2.0, 0.6, 0.8], [0.0, 0.3, -1.0]])
-    np.testing.assert_allclose(gp.normal_forces(forces, normals), [2.0, 1.0])
-    np.testing.assert_allclose(gp.friction_margins(forces, normals, 0.5), [0.0, 0.2], atol=1e-15)
-    assert gp.force_norm(forces, normals) == pytest.approx(math.sqrt(5.0))
-    assert gp.friction_margins(-forces, normals, 0.5).max() < 0.0
+    np.testing.assert_allclose(gp.model.normal_forces(forces, normals), [2.0, 1.0])
+    np.testing.assert_allclose(gp.model.friction_margins(forces, normals, 0.5), [0.0, 0.2], atol=1e-15)
+    assert gp.model.force_norm(forces, normals) == pytest.approx(math.sqrt(5.0))
+    assert gp.model.friction_margins(-forces, normals, 0.5).max() < 0.0

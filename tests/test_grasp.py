@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.records.grasp_record import parse_grasp_record
+from grasp_planner.records.grasp_record import grasp_record, parse_grasp_record, record_schema
 
 
 def changed(grasp, **changes):
@@ -55,14 +55,14 @@ def test_nothing_is_feasible_that_is_not_a_number(planned):
 
 def test_record_follows_the_published_schema_and_comes_back(planned):
     text = gp.grasp_json(planned)
-    jsonschema.validate(json.loads(text), json.loads(gp.record_schema()))
-    record = gp.grasp_record(planned)
+    jsonschema.validate(json.loads(text), json.loads(record_schema()))
+    record = grasp_record(planned)
     again = gp.grasp_from_record(record)
     assert again.feasible
     assert again.force_norm == pytest.approx(planned.force_norm, rel=1e-9)
     assert again.task_index == pytest.approx(planned.task_index, rel=1e-6)
     np.testing.assert_allclose(again.sigma, planned.sigma, atol=1e-9)
-    assert gp.grasp_record(again).message == record.message
+    assert grasp_record(again).message == record.message
 
 
 def test_record_holds_what_the_contract_names(planned):
@@ -86,7 +86,7 @@ def test_the_schema_in_the_documentation_is_current():
     from pathlib import Path
 
     path = Path(__file__).parents[1] / "docs" / "grasp.schema.json"
-    assert path.read_text(encoding="utf-8") == gp.record_schema()
+    assert path.read_text(encoding="utf-8") == record_schema()
 
 
 def test_infinite_ratios_are_null_in_the_record(right, planned):
@@ -94,7 +94,7 @@ def test_infinite_ratios_are_null_in_the_record(right, planned):
     problem = dataclasses.replace(planned.problem, n_synergies=1)
     grasp = gp.Grasp(problem, planned.joint_angles, planned.palm_pose, planned.delta_sigma[:1])
     object.__setattr__(grasp, "transmission_ratios", (math.inf,))
-    assert gp.grasp_record(grasp).transmission_ratios == [None]
+    assert grasp_record(grasp).transmission_ratios == [None]
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_files_from_before_load_cases_and_margins_still_load(planned):
 def test_load_cases_come_back_from_the_record(planned):
     loads = gp.LoadCases(torque=0.01, wrenches=((0.0, 0.0, 1.0, 0.0, 0.0, 0.0),), max_normal_force=8.0)
     grasp = changed(planned, problem=changed(planned.problem, loads=loads))
-    record = gp.grasp_record(grasp)
+    record = grasp_record(grasp)
     assert gp.grasp_from_record(record).problem.loads == loads
     assert record.violations.load_friction_n > 0.0
     assert "load_friction_n" in record.message

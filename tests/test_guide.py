@@ -54,8 +54,8 @@ def test_code_that_is_linked_exists(page):
 def test_public_names_are_in_the_reference():
     pages = [page.read_text(encoding="utf-8") for page in (ROOT / "docs" / "api").glob("*.md")]
     shown = set(re.findall(r"^::: (\S+)$", "\n".join(pages), re.M))
-    for name in gp.__all__:
-        module = getattr(getattr(gp, name), "__module__", "") or ""
+    for package, name in ((room, name) for room in (gp, gp.model, gp.analysis) for name in room.__all__):
+        module = getattr(getattr(package, name), "__module__", "") or ""
         if module.startswith("grasp_planner."):
             assert module in shown, f"{name} of {module}"
 

@@ -5,6 +5,7 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.hand.kinematics import HandKinematics
 from tests.finite_differences import central_differences
 
 
@@ -15,12 +16,12 @@ def random_posture(hand, rng):
 @pytest.mark.parametrize("contact_set", ["point", "sphere"])
 def test_positions_and_jacobians_are_pinocchios(hand, contact_set, rng):
     frames = hand.contact_frames(contact_set)
-    kinematics = gp.HandKinematics(hand, frames)
+    kinematics = HandKinematics(hand, frames)
     for _ in range(10):
         q = random_posture(hand, rng)
         result = kinematics.compute(q)
         np.testing.assert_allclose(
-            result.position, gp.fingertip_positions(hand, frames, q, pin.SE3.Identity()), atol=1e-14
+            result.position, gp.model.fingertip_positions(hand, frames, q, pin.SE3.Identity()), atol=1e-14
         )
         data = hand.model.createData()
         pin.computeJointJacobians(hand.model, data, hand.full_configuration(q))
@@ -33,7 +34,7 @@ def test_positions_and_jacobians_are_pinocchios(hand, contact_set, rng):
 
 @pytest.mark.parametrize("contact_set", ["point", "sphere"])
 def test_jacobian_derivatives_are_central_differences(hand, contact_set, rng):
-    kinematics = gp.HandKinematics(hand, hand.contact_frames(contact_set))
+    kinematics = HandKinematics(hand, hand.contact_frames(contact_set))
     q = random_posture(hand, rng)
     result = kinematics.compute(q, derivatives=True)
     for name in ("linear", "angular"):
@@ -49,7 +50,7 @@ def test_second_derivatives_are_pinocchios_kinematic_hessians(right, rng):
     model, data = right.model, right.model.createData()
     pin.computeJointJacobians(model, data, right.full_configuration(q))
     pin.computeJointKinematicHessians(model, data, right.full_configuration(q))
-    result = gp.HandKinematics(right, frames).compute(q, derivatives=True)
+    result = HandKinematics(right, frames).compute(q, derivatives=True)
     for i, frame in enumerate(frames):
         raw = pin.getJointKinematicHessian(model, data, frame.joint_id, pin.LOCAL_WORLD_ALIGNED)
         # The binding of Pinocchio 4.1 labels a column-major tensor as row-major; this undoes it: [row, j, k].
@@ -64,13 +65,13 @@ def test_second_derivatives_are_pinocchios_kinematic_hessians(right, rng):
 
 
 def test_the_linear_hessian_is_symmetric(hand, rng):
-    result = gp.HandKinematics(hand, hand.contact_frames()).compute(random_posture(hand, rng), derivatives=True)
+    result = HandKinematics(hand, hand.contact_frames()).compute(random_posture(hand, rng), derivatives=True)
     hessian = result.linear_derivative
     np.testing.assert_allclose(hessian, hessian.transpose(3, 1, 2, 0), atol=1e-15)
 
 
 def test_a_finger_does_not_move_the_contacts_of_the_others(right, rng):
-    result = gp.HandKinematics(right, right.contact_frames()).compute(random_posture(right, rng))
+    result = HandKinematics(right, right.contact_frames()).compute(random_posture(right, rng))
     for i, frame in enumerate(right.contact_frames()):
         for k, joint in enumerate(right.joint_names):
             moves = np.abs(result.linear[i][:, k]).max() > 0.0

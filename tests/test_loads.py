@@ -148,7 +148,7 @@ def test_why_not_names_the_load_that_is_too_large(right):
     attempt = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=2, enough=1, max_iterations=80))
     assert not attempt.feasible
     assert any(name.startswith("load_") for name in attempt.failures())
-    diagnosis = gp.explain_infeasibility(attempt, only=("disturbing force",), time_limit_s=25.0)
+    diagnosis = gp.analysis.explain_infeasibility(attempt, only=("disturbing force",), time_limit_s=25.0)
     change = diagnosis.smallest_change
     assert change.parameter == "disturbing force"
     assert 0.0 <= change.needed < 60.0

@@ -25,8 +25,8 @@ def withstands(grasp, wrench):
     normals, hand = grasp.contacts.normals, grasp.problem.hand
     torques = np.abs(grasp.hand_jacobian.T @ forces.ravel())
     return (
-        gp.friction_margins(forces, normals, grasp.problem.parameters.friction).min() >= -1e-9
-        and gp.normal_forces(forces, normals).max() <= hand.max_normal_force + 1e-9
+        gp.model.friction_margins(forces, normals, grasp.problem.parameters.friction).min() >= -1e-9
+        and gp.model.normal_forces(forces, normals).max() <= hand.max_normal_force + 1e-9
         and (torques <= hand.torque_limits + 1e-9).all()
     )
 

@@ -46,10 +46,10 @@ def test_the_planned_posture_is_the_fixed_point_of_the_soft_hand(planned):
     problem = planned.problem
 
     def torques(q):
-        jacobian = gp.hand_jacobian(problem.hand, problem.frames, q, planned.palm_pose, planned.contacts.points)
-        return gp.joint_torques(jacobian, forces)
+        jacobian = gp.model.hand_jacobian(problem.hand, problem.frames, q, planned.palm_pose, planned.contacts.points)
+        return gp.model.joint_torques(jacobian, forces)
 
-    q = gp.actual_posture(planned.reference_joint_angles, problem.joint_compliance, torques)
+    q = gp.model.actual_posture(planned.reference_joint_angles, problem.joint_compliance, torques)
     np.testing.assert_allclose(q, planned.joint_angles, atol=1e-8)
 
 

@@ -39,11 +39,11 @@ def equilibrium(grasp, twist):
     reference = grasp.joint_angles + problem.joint_compliance * grasp.joint_torques
 
     def contact(q):
-        tips = gp.fingertip_positions(problem.hand, problem.frames, q, palm)
+        tips = gp.model.fingertip_positions(problem.hand, problem.frames, q, palm)
         turns = [after @ first.T for after, first in zip(tip_rotations(problem, q, palm), before, strict=True)]
         touching = np.array([p + r @ a for p, r, a in zip(tips, turns, points - centres, strict=True)])
         rolled = np.array([p + (r - np.eye(3)) @ (p - c) for p, r, c in zip(centres, turns, points, strict=True)])
-        found = gp.find_contacts(rolled, radii, problem.grasp_object)
+        found = gp.model.find_contacts(rolled, radii, problem.grasp_object)
         force = np.array([rotation_between(n, m) @ f for n, m, f in zip(normals, found.normals, forces, strict=True)])
         if not radii.any():
             force = forces
@@ -52,7 +52,7 @@ def equilibrium(grasp, twist):
 
     def imbalance(q):
         force, where = contact(q)
-        jacobian = gp.hand_jacobian(problem.hand, problem.frames, q, palm, where)
+        jacobian = gp.model.hand_jacobian(problem.hand, problem.frames, q, palm, where)
         return q - reference + problem.joint_compliance * (jacobian.T @ force.ravel())
 
     q = fsolve(imbalance, grasp.joint_angles, full_output=True, xtol=1e-14)[0]

@@ -14,64 +14,66 @@ DIAGONAL = np.diag([0.5, 0.25, 0.2, 2.0, 1.0, 4.0])
 def test_ratios_of_a_diagonal_map_are_its_entries(axis):
     """With H_s = diag(h): synergy force h per unit wrench, so α = 1/h; twist h per unit velocity, so β = h."""
     direction = np.eye(6)[axis]
-    assert gp.force_transmission_ratio(DIAGONAL, direction) == pytest.approx(1.0 / DIAGONAL[axis, axis])
-    assert gp.velocity_transmission_ratio(DIAGONAL, direction) == pytest.approx(DIAGONAL[axis, axis])
+    assert gp.model.force_transmission_ratio(DIAGONAL, direction) == pytest.approx(1.0 / DIAGONAL[axis, axis])
+    assert gp.model.velocity_transmission_ratio(DIAGONAL, direction) == pytest.approx(DIAGONAL[axis, axis])
 
 
 def test_force_and_velocity_ratios_are_dual():
     """What the hand transmits well as force it transmits badly as motion: α β = 1 along an axis."""
     direction = np.eye(6)[2]
-    product = gp.force_transmission_ratio(DIAGONAL, direction) * gp.velocity_transmission_ratio(DIAGONAL, direction)
+    product = gp.model.force_transmission_ratio(DIAGONAL, direction) * gp.model.velocity_transmission_ratio(
+        DIAGONAL, direction
+    )
     assert product == pytest.approx(1.0)
 
 
 def test_force_ratio_is_infinite_where_the_structure_resists():
-    assert gp.force_transmission_ratio(np.zeros((6, 2)), np.eye(6)[0]) == math.inf
+    assert gp.model.force_transmission_ratio(np.zeros((6, 2)), np.eye(6)[0]) == math.inf
 
 
 def test_velocity_ratio_needs_six_synergies(rng):
     with pytest.raises(gp.InvalidValueError, match="at least 6") as caught:
-        gp.velocity_transmission_ratio(rng.normal(size=(6, 3)), np.eye(6)[0])
+        gp.model.velocity_transmission_ratio(rng.normal(size=(6, 3)), np.eye(6)[0])
     assert caught.value.field == "n_synergies"
 
 
 def test_restricted_velocity_ratio_exists_in_the_range_only():
     h_s = np.zeros((6, 1))
     h_s[1, 0] = 0.3
-    assert gp.restricted_velocity_ratio(h_s, np.eye(6)[1]) == pytest.approx(0.3)
-    assert gp.restricted_velocity_ratio(h_s, np.eye(6)[0]) == 0.0
+    assert gp.model.restricted_velocity_ratio(h_s, np.eye(6)[1]) == pytest.approx(0.3)
+    assert gp.model.restricted_velocity_ratio(h_s, np.eye(6)[0]) == 0.0
 
 
 def test_restricted_and_full_velocity_ratio_agree_at_full_rank(rng):
     h_s, direction = rng.normal(size=(6, 8)), np.eye(6)[1]
-    full = gp.velocity_transmission_ratio(h_s, direction)
-    assert gp.restricted_velocity_ratio(h_s, direction) == pytest.approx(full)
+    full = gp.model.velocity_transmission_ratio(h_s, direction)
+    assert gp.model.restricted_velocity_ratio(h_s, direction) == pytest.approx(full)
 
 
 def test_object_synergy_map_moves_the_object_with_rigid_contacts(rng):
     """If the contacts move as one body, H_s returns that body's twist."""
     points, twist = rng.normal(0, 0.03, (4, 3)), rng.normal(size=6)
-    grasp = gp.grasp_matrix(points)
-    np.testing.assert_allclose(gp.object_synergy_map(grasp, (grasp.T @ twist)[:, None])[:, 0], twist, atol=1e-10)
+    grasp = gp.model.grasp_matrix(points)
+    np.testing.assert_allclose(gp.model.object_synergy_map(grasp, (grasp.T @ twist)[:, None])[:, 0], twist, atol=1e-10)
 
 
 def test_task_index_sums_weighted_inverse_squares():
     tasks = [gp.force_task([0, 1, 0], 2.0), gp.twist_task([1, 0, 0, 0, 0, 0], 3.0), gp.torque_task([0, 0, 1])]
     expected = 2.0 * 0.25**2 + 3.0 / 0.5**2 + 4.0**2
-    assert gp.task_index(DIAGONAL, tasks) == pytest.approx(expected)
+    assert gp.model.task_index(DIAGONAL, tasks) == pytest.approx(expected)
 
 
 def test_force_ellipsoid_is_longest_where_little_synergy_force_is_needed():
-    ellipsoid = gp.transmission_ellipsoid(DIAGONAL, "force")
+    ellipsoid = gp.model.transmission_ellipsoid(DIAGONAL, "force")
     np.testing.assert_allclose(ellipsoid.lengths, [1 / 0.2, 1 / 0.25, 1 / 0.5])
     np.testing.assert_allclose(np.abs(ellipsoid.axes[:, 0]), [0, 0, 1])
     assert not ellipsoid.degenerate
-    assert gp.alignment_deg(DIAGONAL, gp.force_task([0, 0, -1])) == (pytest.approx(0.0), False)
-    assert gp.alignment_deg(DIAGONAL, gp.force_task([0, 1, 1]))[0] == pytest.approx(45.0)
+    assert gp.model.alignment_deg(DIAGONAL, gp.force_task([0, 0, -1])) == (pytest.approx(0.0), False)
+    assert gp.model.alignment_deg(DIAGONAL, gp.force_task([0, 1, 1]))[0] == pytest.approx(45.0)
 
 
 def test_velocity_ellipsoid_is_longest_where_motion_is_easy():
-    ellipsoid = gp.transmission_ellipsoid(DIAGONAL, "twist")
+    ellipsoid = gp.model.transmission_ellipsoid(DIAGONAL, "twist")
     np.testing.assert_allclose(ellipsoid.lengths, [0.5, 0.25, 0.2])
 
 
@@ -79,12 +81,12 @@ def test_velocity_ellipsoid_is_longest_where_motion_is_easy():
 def test_few_synergies_make_the_ellipsoid_degenerate(n_s, dimension, rng):
     """Rank n_s < 3: unbounded along 3 − n_s directions, and the angle is to that whole space."""
     h_s = rng.normal(size=(6, n_s))
-    ellipsoid = gp.transmission_ellipsoid(h_s, "force")
+    ellipsoid = gp.model.transmission_ellipsoid(h_s, "force")
     assert ellipsoid.degenerate
     assert ellipsoid.major_dimension == dimension
     free = np.linalg.svd(h_s[:3].T)[2][-1]
     assert ellipsoid.angle_deg(free) == pytest.approx(0.0, abs=1e-6)
-    assert gp.force_transmission_ratio(h_s, np.concatenate([free, np.zeros(3)])) > 1e12
+    assert gp.model.force_transmission_ratio(h_s, np.concatenate([free, np.zeros(3)])) > 1e12
 
 
 @pytest.mark.parametrize(

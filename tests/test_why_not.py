@@ -17,7 +17,7 @@ def slippery(right):
 
 
 def test_the_least_violated_point_is_no_worse(slippery):
-    least = gp.least_violated_point(slippery)
+    least = gp.analysis.least_violated_point(slippery)
 
     def size(grasp):
         program = GraspProgram(grasp.problem, grasp.palm_pose)
@@ -32,7 +32,7 @@ def test_the_least_violated_point_is_no_worse(slippery):
 @pytest.mark.slow
 def test_more_friction_is_among_the_cures_of_slipping(slippery):
     assert not slippery.feasible
-    diagnosis = gp.explain_infeasibility(slippery, time_limit_s=120.0, only=("friction", "number"))
+    diagnosis = gp.analysis.explain_infeasibility(slippery, time_limit_s=120.0, only=("friction", "number"))
     cures = {change.parameter: change for change in diagnosis.changes}
     assert "friction μ" in cures
     cure = cures["friction μ"]
@@ -48,7 +48,7 @@ def test_a_cylinder_too_large_for_the_hand_has_to_shrink(right):
     problem = gp.GraspProblem.paper(right, gp.Cylinder(radius=0.12), n_synergies=3)
     attempt = gp.plan_grasp(problem, options=FEW)
     assert not attempt.feasible
-    diagnosis = gp.explain_infeasibility(attempt, time_limit_s=120.0, only=("size",))
+    diagnosis = gp.analysis.explain_infeasibility(attempt, time_limit_s=120.0, only=("size",))
     assert diagnosis.binding in diagnosis.least_violated.failures()
     smaller = {change.parameter: change for change in diagnosis.changes}["size of the object (smaller)"]
     assert smaller.needed < 1.0
@@ -56,7 +56,7 @@ def test_a_cylinder_too_large_for_the_hand_has_to_shrink(right):
 
 
 def test_without_time_nothing_is_claimed(slippery):
-    diagnosis = gp.explain_infeasibility(slippery, time_limit_s=1e-9)
+    diagnosis = gp.analysis.explain_infeasibility(slippery, time_limit_s=1e-9)
     assert not diagnosis.changes
     assert not diagnosis.not_enough
     assert "lack of time" in diagnosis.text

@@ -7,7 +7,8 @@ import signal
 import time
 from pathlib import Path
 
-from grasp_planner import Grasp, GraspProblem, PlannerOptions, SearchReport, standard_start
+from grasp_planner import Grasp, GraspProblem, PlannerOptions, standard_start
+from grasp_planner.grasp.search_report import SearchReport
 
 BAD_SEED = 3
 

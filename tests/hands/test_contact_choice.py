@@ -10,6 +10,7 @@ import grasp_planner as gp
 from grasp_planner.collision.link_shapes import inner_axes, link_shapes
 from grasp_planner.evaluation.contact_geometry import ContactGeometryEvaluator
 from grasp_planner.evaluation.variables import PoseChart
+from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.terms.clearance import problem_constraints
 
 QUICK = gp.PlannerOptions(starts=16, enough=1)
@@ -32,7 +33,7 @@ def test_three_four_or_five_fingers(hand, fingers):
     grasp = gp.plan_grasp(problem(hand, contact_set="sphere", contacts=fingers), options=QUICK)
     assert grasp.feasible, grasp.verdict
     assert len(grasp.forces) == len(fingers or hand.contact_frames("sphere"))
-    again = gp.grasp_from_record(gp.grasp_record(grasp), hand)
+    again = gp.grasp_from_record(grasp_record(grasp), hand)
     assert again.problem.contacts == fingers
     np.testing.assert_allclose(again.forces, grasp.forces, rtol=1e-9)
 
@@ -87,9 +88,11 @@ def test_fast_and_clear_kinematics_agree_beside_the_frames(hand):
     q, pose = rng.uniform(hand.lower, hand.upper), pin.SE3.Random()
     x = np.concatenate([q, np.zeros(6), np.zeros(15)])
     fast = ContactGeometryEvaluator(power, PoseChart.around(pose)).evaluate(x)
-    contacts = gp.find_contacts(gp.fingertip_positions(hand, power.frames, q, pose), power.radii, power.grasp_object)
+    contacts = gp.model.find_contacts(
+        gp.model.fingertip_positions(hand, power.frames, q, pose), power.radii, power.grasp_object
+    )
     np.testing.assert_allclose(fast.points, contacts.points, atol=1e-12)
-    jacobian = gp.hand_jacobian(hand, power.frames, q, pose, contacts.points)
+    jacobian = gp.model.hand_jacobian(hand, power.frames, q, pose, contacts.points)
     np.testing.assert_allclose(fast.jacobian, jacobian, atol=1e-12)
 
 

@@ -11,6 +11,7 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.records.grasp_record import grasp_record
 
 ROOT = Path(__file__).parents[2]
 QUICK = gp.PlannerOptions(starts=25, enough=1)
@@ -132,7 +133,7 @@ def test_tendon_plans(tendon, text, seed):
     assert grasp.feasible, grasp.verdict
     bent = problem.synergies.mean + problem.synergies.basis @ grasp.sigma
     np.testing.assert_allclose(bent - tendon.joint_compliance * grasp.bending_torques, grasp.joint_angles, atol=1e-6)
-    again = gp.grasp_from_record(gp.grasp_record(grasp))
+    again = gp.grasp_from_record(grasp_record(grasp))
     np.testing.assert_allclose(again.forces, grasp.forces, rtol=1e-9)
     assert (grasp.sigma[:3] > 0.0).all()
 

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 import grasp_planner as gp
-from grasp_planner.objects import grid_cache, mesh_file
+from grasp_planner.objects import MeshWarning, grid_cache, mesh_file
 from grasp_planner.objects.distance_grid import exact_distance
 
 from .helpers import central_differences, surface_points
@@ -184,11 +184,11 @@ def test_defects_are_named_and_repaired_on_demand(tmp_path, change, reason, said
     path = box(tmp_path, "bad.ply", change=change)
     with pytest.raises(gp.FileFormatError, match=reason):
         gp.MeshObject(path=str(path))
-    with pytest.warns(gp.MeshWarning, match=said):
+    with pytest.warns(MeshWarning, match=said):
         mended = gp.MeshObject(path=str(path), repair=1, resolution=0.004)
     assert mended.repairs and mended.mesh.is_watertight
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", gp.MeshWarning)
+        warnings.simplefilter("ignore", MeshWarning)
         assert gp.parse_object(mended.text).repairs == mended.repairs
 
 
@@ -235,5 +235,5 @@ def test_a_hollow_body_is_a_solid(tmp_path):
 @pytest.mark.parametrize(("factor", "guess"), [(1000.0, "millimetres, scale=0.001"), (0.001, "metres, scale=1000")])
 def test_wrong_units_are_guessed(tmp_path, factor, guess):
     path = box(tmp_path, size=tuple(factor * np.array([0.05, 0.06, 0.08])))
-    with pytest.warns(gp.MeshWarning, match=guess):
+    with pytest.warns(MeshWarning, match=guess):
         gp.MeshObject(path=str(path), resolution=0.004 * factor)

@@ -7,6 +7,7 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.objects.distance_grid import exact_distance
+from grasp_planner.records.grasp_record import grasp_record
 
 from .test_state_derivatives import MESHES, SHAPES
 
@@ -40,5 +41,5 @@ def test_contacts_touch_the_real_mesh(mesh_texts, name):
     centres = grasp.contacts.points - problem.radii[:, None] * grasp.contacts.normals
     exact = exact_distance(problem.grasp_object.mesh, centres)
     np.testing.assert_allclose(exact, problem.radii, atol=3e-4)
-    again = gp.grasp_from_record(gp.grasp_record(grasp), problem.hand)
+    again = gp.grasp_from_record(grasp_record(grasp), problem.hand)
     assert again.feasible

@@ -9,6 +9,7 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.drawing import look
+from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.viewer.worker import Worker
 
 
@@ -178,7 +179,7 @@ def test_fingers_can_be_left_out(viewer):
     viewer.problem._fingers["little"].value = False
     settle(viewer)
     assert [frame.name for frame in viewer.session.problem.frames] == ["thumb", "index", "middle", "ring"]
-    again = gp.grasp_from_record(gp.grasp_record(viewer.session.grasp)).problem
+    again = gp.grasp_from_record(grasp_record(viewer.session.grasp)).problem
     assert again.contacts == ("thumb", "index", "middle", "ring")
 
 

@@ -8,6 +8,7 @@ from click.testing import CliRunner
 import grasp_planner as gp
 from grasp_planner.batch import GraspCase, RunFilter, RunRows, run_batch
 from grasp_planner.cli.main import main
+from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.viewer import GraspViewer
 
 NAVIGATION = {"Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"}
@@ -122,7 +123,7 @@ def test_the_page_goes_through_the_rows(viewer_of_run):
     assert viewer.session.problem.tasks[0].text == "force:1,0,0"
     record = viewer.run.rows.values(1)
     assert viewer.session.grasp.force_norm == pytest.approx(record["force_norm"], rel=1e-9)
-    assert gp.grasp_record(viewer.session.grasp).feasible == record["feasible"]
+    assert grasp_record(viewer.session.grasp).feasible == record["feasible"]
     panel.step.value = "last"
     settle(viewer)
     assert viewer.run.rows.row == 5
