@@ -59,6 +59,15 @@ def test_public_names_are_few_and_documented():
             assert getattr(package, name).__doc__, name
 
 
+def test_no_class_name_is_defined_twice():
+    found = {}
+    for path in FILES:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found.setdefault(node.name, []).append(path.relative_to(PACKAGE).as_posix())
+    assert not {name: places for name, places in found.items() if len(places) > 1}
+
+
 def test_picture_and_tour_of_the_architecture_are_current():
     script = PACKAGE.parent / "scripts" / "make_architecture.py"
     checked = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, check=False)

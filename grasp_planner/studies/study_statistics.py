@@ -17,7 +17,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Prediction:
+class MarginPrediction:
     """How well a margin predicts what happens in simulation. Grasps that were refused count not at all.
 
     Attributes:
@@ -39,7 +39,7 @@ class Prediction:
     roc_area: float
 
 
-def prediction(rows: Sequence[StudyRow], margin: str) -> Prediction:
+def prediction(rows: Sequence[StudyRow], margin: str) -> MarginPrediction:
     """Return how well a margin predicts what happens in simulation."""
     values, loads, passed = simulated(rows, margin)
     rho = p_value = area = math.nan
@@ -49,7 +49,7 @@ def prediction(rows: Sequence[StudyRow], margin: str) -> Prediction:
     good, bad = values[passed], values[~passed]
     if len(good) and len(bad):
         area = float(mannwhitneyu(good, bad).statistic) / (len(good) * len(bad))
-    return Prediction(margin, len(values), int(passed.sum()), rho, p_value, area)
+    return MarginPrediction(margin, len(values), int(passed.sum()), rho, p_value, area)
 
 
 def roc_curve(rows: Sequence[StudyRow], margin: str) -> tuple[Array, Array]:

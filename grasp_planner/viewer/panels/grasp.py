@@ -31,7 +31,7 @@ LEGEND = (
 
 
 @dataclass(frozen=True)
-class Block:
+class GraspFolder:
     """A folder of the tab with a text about the grasp.
 
     Attributes:
@@ -46,9 +46,9 @@ class Block:
 
 
 BLOCKS = (
-    Block("Contacts", lambda grasp, touching: text.contact_table(grasp, in_contact=touching), open=True),
-    Block("All requirements", lambda grasp, _: text.violation_table(grasp)),
-    Block("Joints and torques", lambda grasp, _: text.joint_table(grasp)),
+    GraspFolder("Contacts", lambda grasp, touching: text.contact_table(grasp, in_contact=touching), open=True),
+    GraspFolder("All requirements", lambda grasp, _: text.violation_table(grasp)),
+    GraspFolder("Joints and torques", lambda grasp, _: text.joint_table(grasp)),
 )
 """All folders, in their order; to tell more about a grasp, add one."""
 
