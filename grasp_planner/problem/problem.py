@@ -21,6 +21,7 @@ from ..synergies.space import SynergySpace
 from .clearance_options import ClearanceOptions
 from .load_cases import LoadCases
 from .parameters import GraspParameters
+from .settings import setting
 from .size_check import ObjectSizeWarning, size_warning
 from .term import Cost, Requirement, Weighted, own_constraints, own_costs
 
@@ -55,13 +56,29 @@ class GraspProblem:
     hand: Hand
     grasp_object: GraspObject
     tasks: tuple[TaskDirection, ...] = (force_task((0.0, 1.0, 0.0)),)
-    n_synergies: int = None  # type: ignore[assignment]  # a number from __post_init__ on
+    n_synergies: int = setting(
+        None,
+        "Number of synergies.",
+        kind="whole",
+        low=1,
+        none=f"{PRACTICAL_SYNERGIES}, or as many as joints; {PAPER_SYNERGIES} with --paper",
+        option="--synergies",
+    )
     parameters: GraspParameters = field(default_factory=GraspParameters)
-    synergy_set: str | None = None
-    contact_set: str | None = None
+    synergy_set: str | None = setting(None, "Synergy set of the hand.", none="the hand's")
+    contact_set: str | None = setting(
+        None, "Contact set of the hand, for instance point or sphere.", none="the hand's first"
+    )
     synergy_space: SynergySpace | None = None
     clearance: ClearanceOptions = field(default_factory=ClearanceOptions)
-    contacts: tuple[str, ...] | None = None
+    contacts: tuple[str, ...] | None = setting(
+        None,
+        "Contacts of the set that touch, as name,name,….",
+        none="all",
+        read=lambda text: tuple(name.strip() for name in text.split(",")),
+        write=",".join,
+        plain=list[str],
+    )
     loads: LoadCases = field(default_factory=LoadCases)
     costs: tuple[Cost | Weighted, ...] = ()
     constraints: tuple[Requirement, ...] = ()
@@ -78,9 +95,10 @@ class GraspProblem:
                 object.__setattr__(self, "contacts", None)
         if not self.tasks:
             raise InvalidValueError("tasks", (), "at least one task direction")
+        object.__setattr__(self, "parameters", self.parameters.of_hand(self.hand))
         n_q = self.hand.n_joints
         if self.n_synergies is None:
-            object.__setattr__(self, "n_synergies", min(PRACTICAL_SYNERGIES, n_q))
+            object.__setattr__(self, "n_synergies", default_synergies(self.hand))
         n_s = self.n_synergies
         if isinstance(n_s, bool) or not isinstance(n_s, int) or not 1 <= n_s <= n_q:
             raise InvalidValueError("n_synergies", n_s, f"a whole number from 1 to {n_q}")
@@ -94,7 +112,9 @@ class GraspProblem:
             raise InvalidValueError("contact_stiffness", 0.0, "more than 0 N/m where there are disturbances")
         if self.loads.min_normal_force >= self.max_normal_force:
             raise InvalidValueError(
-                "min_normal_force", self.loads.min_normal_force, f"less than the largest, {self.max_normal_force:g} N"
+                "loads.min_normal_force",
+                self.loads.min_normal_force,
+                f"less than the largest, {self.max_normal_force:g} N",
             )
         if not self.grasp_object.size_doubted and (message := size_warning(self.hand, self.frames, self.grasp_object)):
             warnings.warn(message, ObjectSizeWarning, stacklevel=3)
@@ -153,8 +173,6 @@ class GraspProblem:
     def joint_compliance(self) -> Array:
         """C_q of every joint [rad/(N m)], of shape (n_q,)."""
         given, n_q = self.parameters.joint_compliance, self.hand.n_joints
-        if given is None:
-            return self.hand.joint_compliance
         return finite_array("joint_compliance", np.full(n_q, given) if np.ndim(given) == 0 else given, (n_q,))
 
     @cached_property
@@ -192,3 +210,8 @@ class GraspProblem:
             row[self.hand.joint_index(first)] -= order.sign if order is not None else 0
             row[self.hand.joint_index(second)] += order.sign if order is not None else 0
         return readonly(rows)
+
+
+def default_synergies(hand: Hand, *, paper: bool = False) -> int:
+    """Return the number of synergies of a problem that names none: eight, or the paper's three, at most one a joint."""
+    return min(PAPER_SYNERGIES if paper else PRACTICAL_SYNERGIES, hand.n_joints)
