@@ -138,9 +138,10 @@ class GraspCase(BaseModel):
             ):
                 own = {each.column: getattr(options, each.name) for each in COLUMNS.values() if each.group == group}
                 values |= own
-        if hand is not None:
-            defaults = {"n_synergies": default_synergies(hand, paper=self.paper), **hand_parameters(hand)}
-            values |= {name: value for name, value in defaults.items() if name in COLUMNS and values[name] is None}
+            if hand is not None:
+                number = default_synergies(hand, self.settings.get("synergy_set"), paper=self.paper)
+                defaults = {"n_synergies": number, **hand_parameters(hand)}
+                values |= {name: value for name, value in defaults.items() if name in COLUMNS and values[name] is None}
         return {name: _typed(COLUMNS[name], value) for name, value in values.items()}
 
 

@@ -132,7 +132,8 @@ class LoadCases:
     hand_limits: bool = setting(True, "Whether the hand's limits of normal forces and joint torques count.")
 
     def __post_init__(self) -> None:
-        wrenches = tuple(tuple(finite_array("loads.wrenches", w, (6,)).tolist()) for w in self.wrenches)
+        given = self.wrenches if isinstance(self.wrenches, list | tuple) else (self.wrenches,)
+        wrenches = tuple(tuple(finite_array("loads.wrenches", w, (6,)).tolist()) for w in given)
         object.__setattr__(self, "wrenches", wrenches)
         check_settings(self)
         if self.max_normal_force is not None and self.max_normal_force <= self.min_normal_force:

@@ -37,7 +37,7 @@ class GraspProblem:
         hand: The hand.
         grasp_object: The object.
         tasks: Task directions with weights.
-        n_synergies: Number of synergies n_s; if None, eight or as many as the hand has joints.
+        n_synergies: Number of synergies n_s; if None, eight or as many as the set has.
         parameters: Parameters of the model.
         synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances).
         contact_set: Name of the contact set; the hand's first if None.
@@ -61,7 +61,7 @@ class GraspProblem:
         "Number of synergies.",
         kind="whole",
         low=1,
-        none=f"{PRACTICAL_SYNERGIES}, or as many as joints; {PAPER_SYNERGIES} with --paper",
+        none=f"{PRACTICAL_SYNERGIES}, or all of the set; {PAPER_SYNERGIES} with --paper",
         option="--synergies",
     )
     parameters: GraspParameters = field(default_factory=GraspParameters)
@@ -98,7 +98,7 @@ class GraspProblem:
         object.__setattr__(self, "parameters", self.parameters.of_hand(self.hand))
         n_q = self.hand.n_joints
         if self.n_synergies is None:
-            object.__setattr__(self, "n_synergies", default_synergies(self.hand))
+            object.__setattr__(self, "n_synergies", min(PRACTICAL_SYNERGIES, n_q, self.all_synergies.n_synergies))
         n_s = self.n_synergies
         if isinstance(n_s, bool) or not isinstance(n_s, int) or not 1 <= n_s <= n_q:
             raise InvalidValueError("n_synergies", n_s, f"a whole number from 1 to {n_q}")
@@ -163,11 +163,15 @@ class GraspProblem:
         return self.synergy_set or self.hand.description.synergies.default_for(self.clearance.needs_geometry)
 
     @cached_property
+    def all_synergies(self) -> SynergySpace:
+        """All synergies of the set or space in use, in the order of the hand's joints."""
+        full, hand = self.synergy_space, self.hand
+        return hand.synergies(self.synergy_set_name) if full is None else full.reordered(hand.joint_names)
+
+    @cached_property
     def synergies(self) -> SynergySpace:
         """The first n_s synergies, in the order of the hand's joints."""
-        full, hand = self.synergy_space, self.hand
-        space = hand.synergies(self.synergy_set_name) if full is None else full.reordered(hand.joint_names)
-        return space.truncated(self.n_synergies)
+        return self.all_synergies.truncated(self.n_synergies)
 
     @cached_property
     def joint_compliance(self) -> Array:
@@ -212,6 +216,13 @@ class GraspProblem:
         return readonly(rows)
 
 
-def default_synergies(hand: Hand, *, paper: bool = False) -> int:
-    """Return the number of synergies of a problem that names none: eight, or the paper's three, at most one a joint."""
-    return min(PAPER_SYNERGIES if paper else PRACTICAL_SYNERGIES, hand.n_joints)
+def default_synergies(hand: Hand, synergy_set: str | None = None, *, paper: bool = False) -> int:
+    """Return the number of synergies of a problem that names none: eight, or the paper's three, or all of the set.
+
+    Args:
+        hand: The hand.
+        synergy_set: Name of its set; the one where links keep clear if None.
+        paper: Whether it is the paper's problem.
+    """
+    name = synergy_set or hand.description.synergies.default_for(not paper)
+    return min(PAPER_SYNERGIES if paper else PRACTICAL_SYNERGIES, hand.synergies(name).n_synergies)

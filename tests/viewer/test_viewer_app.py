@@ -129,7 +129,7 @@ def test_play_closing_returns_to_the_grasp(viewer, grasp):
 def test_object_task_and_parameters_change_the_problem_and_nothing_else(viewer, grasp):
     viewer.problem.direction.value = (1.0, 0.0, 0.0)
     viewer.problem._sizes["radius"].value = 0.031
-    viewer.problem._parameters["friction"].value = 0.5
+    viewer.problem.parameters.widgets["friction"].value = 0.5
     settle(viewer)
     problem = viewer.session.problem
     assert problem.tasks[0].text == "force:1,0,0"
