@@ -79,7 +79,7 @@ def test_record_holds_what_the_contract_names(planned):
     total = np.sum([contact["force"] for contact in data["contacts"]], axis=0)
     np.testing.assert_allclose(total, -np.array(data["external_wrench"][:3]), atol=1e-8)
     assert data["contacts"][0]["link"] == "thumb_distal"
-    assert {"mu", "C_s", "C_q", "K_c", "w_F", "w_C"} <= set(data["parameters"])
+    assert {"friction", "joint_compliance", "force_weight", "loads"} <= set(data["parameters"])
 
 
 def test_the_schema_in_the_documentation_is_current():

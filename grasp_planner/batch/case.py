@@ -2,49 +2,44 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
-from dataclasses import MISSING, Field, fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, field_validator
 from pydantic import Field as ModelField
 
-from ..exceptions import InvalidValueError, NameNotFoundError
+from ..exceptions import GraspPlannerError, NameNotFoundError
 from ..hand.hand import Hand
 from ..model.task_direction import parse_task
 from ..objects import parse_object
 from ..planning.options import PlannerOptions
-from ..problem.parameters import GraspParameters
-from ..problem.problem import GraspProblem
+from ..problem.from_settings import (
+    PRESETS,
+    PROBLEM_SETTINGS,
+    clearance_from_settings,
+    loads_from_settings,
+    options_from_settings,
+    problem_from_settings,
+)
+from ..problem.parameters import GraspParameters, hand_parameters
+from ..problem.problem import GraspProblem, default_synergies
+from ..problem.settings import Setting, settings_of
 
 DEFAULT_TIME_LIMIT_S = 120.0
 """Wall time after which a case is stopped, unless it says otherwise [s]."""
 
-_OWN_PROBLEM_FIELDS = ("hand", "grasp_object", "tasks", "n_synergies", "parameters", "synergy_space")
-
-
-def _named(owner: Any, excluded: tuple[str, ...] = ()) -> dict[str, Field[Any]]:
-    """Return the fields of a dataclass by name."""
-    return {field.name: field for field in fields(owner) if field.name not in excluded and field.init}
-
-
-PARAMETER_FIELDS = _named(GraspParameters)
-"""Settings that are parameters of the model."""
-OPTION_FIELDS = _named(PlannerOptions, ("time_limit_s",))
+SEARCH_SETTINGS = {each.key: each for each in settings_of(PlannerOptions) if each.name != "time_limit_s"}
 """Settings of the planner; its own time limit is left out, because rows would depend on the machine's speed."""
-PROBLEM_FIELDS = _named(GraspProblem, _OWN_PROBLEM_FIELDS)
-"""Settings of the problem itself, such as the synergy set."""
-GROUPS: dict[str, Any] = {
-    name: field.default_factory()
-    for name, field in PROBLEM_FIELDS.items()
-    if field.default_factory is not MISSING and is_dataclass(field.default_factory())
-}
-"""Fields of the problem that are groups of options themselves, with their defaults; ``true`` asks for these, ``false``
-for none of them, and ``<group>.<option>`` sets one."""
-GROUP_SETTINGS = tuple(f"{name}.{field.name}" for name, group in GROUPS.items() for field in fields(group))
-SETTINGS = (*PARAMETER_FIELDS, *OPTION_FIELDS, *PROBLEM_FIELDS, *GROUP_SETTINGS)
+SETTINGS: tuple[str, ...] = tuple(
+    key for key in (*PROBLEM_SETTINGS, *PRESETS, *SEARCH_SETTINGS) if key != "n_synergies"
+)
 """Everything a case may set besides hand, object, task, n_synergies, seed and time_limit_s."""
+COLUMNS = {each.column: each for each in (*PROBLEM_SETTINGS.values(), *SEARCH_SETTINGS.values()) if each.kind != "text"}
+"""Settings that are single values, by their flat columns."""
+TYPES = {"number": float, "whole": int, "truth": bool, "choice": str}
+"""Types of flat columns by the kind of setting."""
 
 
 class GraspCase(BaseModel):
@@ -93,48 +88,25 @@ class GraspCase(BaseModel):
         """Sixteen hexadecimal digits that depend on everything but the time limit."""
         return hashlib.sha256(self.model_dump_json(exclude={"time_limit_s"}).encode()).hexdigest()[:16]
 
-    def _chosen(self, known: dict[str, Field[Any]]) -> dict[str, Any]:
-        """Return the settings that belong to one dataclass, lists as tuples."""
-        chosen = {name: value for name, value in self.settings.items() if name in known}
-        return {name: tuple(value) if isinstance(value, list) else value for name, value in chosen.items()}
-
-    def parameters(self) -> GraspParameters:
-        """Return the parameters of the model.
-
-        Raises:
-            GraspPlannerError: If one is out of range.
-        """
-        return GraspParameters(**self._chosen(PARAMETER_FIELDS))
-
     def options(self) -> PlannerOptions:
         """Return the options of the planner.
 
         Raises:
             GraspPlannerError: If one is out of range.
         """
-        return PlannerOptions(**self._chosen(OPTION_FIELDS))
+        found: PlannerOptions = options_from_settings(PlannerOptions, self.settings)
+        return found
 
-    def problem_settings(self) -> dict[str, Any]:
-        """Return the settings of the problem itself, groups of options put together.
+    def check(self) -> None:
+        """Check every setting on its own.
 
         Raises:
             GraspPlannerError: If one is out of range.
         """
-        chosen = {name: value for name, value in self._chosen(PROBLEM_FIELDS).items() if name not in GROUPS}
-        if self.n_synergies is not None:
-            chosen["n_synergies"] = self.n_synergies
-        for name in GROUPS:
-            own = {key.partition(".")[2]: self.settings[key] for key in self.settings if key.startswith(f"{name}.")}
-            if own or name in self.settings:
-                chosen[name] = replace(self._group(name), **own)
-        return chosen
-
-    def _group(self, name: str) -> Any:
-        """Return the options that a group starts from."""
-        asked = self.settings.get(name, not self.paper)
-        if not isinstance(asked, bool):
-            raise InvalidValueError(name, asked, f"true or false; single options are {', '.join(GROUP_SETTINGS)}")
-        return GROUPS[name] if asked else type(GROUPS[name]).off()
+        self.options()
+        options_from_settings(GraspParameters, self.settings)
+        clearance_from_settings(self.settings, paper=self.paper)
+        loads_from_settings(self.settings, paper=self.paper)
 
     def problem(self, hand: Hand) -> GraspProblem:
         """Return the problem.
@@ -145,30 +117,44 @@ class GraspCase(BaseModel):
         Raises:
             GraspPlannerError: If object, task or a setting does not exist or is out of range.
         """
-        make = GraspProblem.paper if self.paper else GraspProblem
-        return make(
-            hand=hand,
-            grasp_object=parse_object(self.object),
-            tasks=tuple(parse_task(task) for task in self.task),
-            parameters=self.parameters(),
-            **self.problem_settings(),
-        )
+        settings = {key: value for key, value in self.settings.items() if key not in SEARCH_SETTINGS}
+        if self.n_synergies is not None:
+            settings["n_synergies"] = self.n_synergies
+        tasks = tuple(parse_task(task) for task in self.task)
+        return problem_from_settings(hand, parse_object(self.object), tasks, settings, paper=self.paper)
 
-    def scalar_settings(self) -> dict[str, float | int | bool | str]:
-        """Return every scalar setting with its value or default, for the flat columns of the results."""
-        known = {**PARAMETER_FIELDS, **OPTION_FIELDS}
-        values = {name: self.settings.get(name, field.default) for name, field in known.items()}
-        for name, group in GROUPS.items():
-            base = self._group(name)
-            for field in fields(group):
-                values[f"{name}_{field.name}"] = self.settings.get(f"{name}.{field.name}", getattr(base, field.name))
-        return {name: values[name] for name in scalar_setting_types()}
+    def columns(self, hand: Hand | None) -> dict[str, float | int | bool | str | None]:
+        """Return every setting that is a single value as the problem has it, for the flat columns of the results.
+
+        Args:
+            hand: The hand, whose own values stand where a case says nothing; None if it can't be loaded.
+        """
+        values = {column: self.settings.get(each.key, _default(self, each)) for column, each in COLUMNS.items()}
+        values["n_synergies"] = self.n_synergies
+        with contextlib.suppress(GraspPlannerError):
+            for group, options in (
+                ("clearance.", clearance_from_settings(self.settings, paper=self.paper)),
+                ("loads.", loads_from_settings(self.settings, paper=self.paper)),
+            ):
+                own = {each.column: getattr(options, each.name) for each in COLUMNS.values() if each.group == group}
+                values |= own
+            if hand is not None:
+                number = default_synergies(hand, self.settings.get("synergy_set"), paper=self.paper)
+                defaults = {"n_synergies": number, **hand_parameters(hand)}
+                values |= {name: value for name, value in defaults.items() if name in COLUMNS and values[name] is None}
+        return {name: _typed(COLUMNS[name], value) for name, value in values.items()}
 
 
-def scalar_setting_types() -> dict[str, type]:
-    """Return the type of every setting whose default is a number, truth value or text, by the name of its column."""
-    known = {**PARAMETER_FIELDS, **OPTION_FIELDS}
-    defaults = {name: field.default for name, field in known.items() if field.default is not MISSING}
-    for name, group in GROUPS.items():
-        defaults.update({f"{name}_{field.name}": getattr(group, field.name) for field in fields(group)})
-    return {name: type(value) for name, value in defaults.items() if isinstance(value, bool | int | float | str)}
+def column_types() -> dict[str, type]:
+    """Return the type of every setting that is a single value, by the name of its column."""
+    return {column: TYPES[each.kind] for column, each in COLUMNS.items()}
+
+
+def _default(case: GraspCase, each: Setting) -> Any:
+    """Return the default of a setting."""
+    return each.paper if case.paper else each.default
+
+
+def _typed(each: Setting, value: Any) -> Any:
+    """Return a value in the type of its column; None for a value that is none."""
+    return TYPES[each.kind](value) if isinstance(value, bool | int | float | str) else None

@@ -9,10 +9,13 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
+from ..hand.hand import Hand
+from ..hand.loading import load_hand
 from ..records.grasp_record import grasp_record
 from ..records.layout import GraspRecord
-from .case import GraspCase, scalar_setting_types
+from .case import GraspCase, column_types
 
 Row = dict[str, Any]
 """Values by column; plain numbers, texts and lists, None where there is none."""
@@ -37,10 +40,10 @@ def columns() -> dict[str, str]:
         "object": "string",
         "object_kind": "string",
         "task": "string",
-        "n_synergies": "int64",
+        "n_synergies": "int64",  # here for its place; it is one of the settings below
         "seed": "int64",
         "time_limit_s": "double",
-        **{name: _SETTING_TYPE[kind] for name, kind in scalar_setting_types().items()},
+        **{name: _SETTING_TYPE[kind] for name, kind in column_types().items()},
         "settings": "string",
         **_METRICS,
         **_GRASP,
@@ -122,18 +125,23 @@ def case_row(row: int, case: GraspCase, spec_hash: str) -> Row:
         object=case.object,
         object_kind=case.object.partition(":")[0],
         task=" + ".join(case.task),
-        n_synergies=case.n_synergies,
         seed=case.seed,
         time_limit_s=case.time_limit_s,
         settings=json.dumps(case.settings, sort_keys=True),
         version=_versions()["grasp_planner"],
         versions=json.dumps(_versions()),
     )
-    types = scalar_setting_types()
-    for name, value in case.scalar_settings().items():
-        wanted = types[name]
-        values[name] = wanted(value) if isinstance(value, bool | int | float | str) else None
+    values.update(case.columns(_hand(case.hand)))
     return values
+
+
+@functools.cache
+def _hand(name: str) -> Hand | None:
+    """Return a hand, loaded once; None if it can't be."""
+    try:
+        return load_hand(name)
+    except GraspPlannerError:
+        return None
 
 
 def add_grasp(values: Row, grasp: Grasp) -> None:

@@ -151,8 +151,7 @@ def check_value(spec: BatchSpec, where: str, key: str, value: Any) -> None:
             for task in ([value] if isinstance(value, str) else value) if key == "task" else ():
                 parse_task(task)
         else:
-            case = GraspCase(settings={key: value})
-            case.parameters(), case.options(), case.problem_settings()
+            GraspCase(settings={key: value}).check()
     except ValidationError as error:
         raise spec.error(where, value, error.errors()[0]["msg"].lower()) from None
     except InvalidValueError as error:

@@ -41,22 +41,15 @@ def plan(
     explain: bool,
     quiet: bool,
     seed: int,
-    starts: int,
-    enough: int,
-    max_iterations: int,
-    tolerance: float,
-    time_limit: float | None,
-    **problem_arguments: Any,
+    **arguments: Any,
 ) -> None:
     """Plan a task-specific force-closure grasp.
 
     The defaults are the case of [Mavrogiannis2014]: the DLR/HIT II hand, a 6 cm cylinder of 200 g, a force
     along +y. Exit code 0: a feasible grasp; 2: wrong usage; 3: no feasible grasp was found.
     """
-    problem = problem_from_options(**problem_arguments)
-    options = planner_options(
-        starts=starts, enough=enough, max_iterations=max_iterations, tolerance=tolerance, time_limit=time_limit
-    )
+    problem = problem_from_options(**arguments)
+    options = planner_options(arguments)
     check_writable(json_file, picture)
     to_stdout = str(json_file) == "-"
     # Everything but JSON goes to standard error when JSON has standard output.

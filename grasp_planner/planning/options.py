@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..checks import positive, positive_whole
+from ..problem.settings import check_settings, setting
 
 
 @dataclass(frozen=True)
@@ -21,16 +21,24 @@ class PlannerOptions:
             least squares leaves clearances violated); None decides: with few synergies or clearances it does.
     """
 
-    starts: int = 40
-    enough: int = 4
-    max_iterations: int = 200
-    tolerance: float = 1e-8
-    time_limit_s: float | None = None
-    phase_one: bool | None = None
+    starts: int = setting(40, "Most starts.", low=1, high=1e6, step=1)
+    enough: int = setting(4, "Feasible grasps after which the best is taken.", low=1, high=1e6, step=1)
+    max_iterations: int = setting(200, "Most iterations of each phase.", low=1, high=1e6, step=1)
+    tolerance: float = setting(1e-8, "Accuracy asked of the solver, in scaled units.", low=0.0, high=0.1, above=True)
+    time_limit_s: float | None = setting(
+        None,
+        "Most wall time.",
+        kind="number",
+        unit="s",
+        low=0.0,
+        high=1e7,
+        above=True,
+        none="no limit",
+        option="--time-limit",
+    )
+    phase_one: bool | None = setting(
+        None, "Whether to look for feasibility first.", kind="truth", none="yes with few synergies or clearances"
+    )
 
     def __post_init__(self) -> None:
-        for name in ("starts", "enough", "max_iterations"):
-            positive_whole(name, getattr(self, name))
-        positive("tolerance", self.tolerance)
-        if self.time_limit_s is not None:
-            positive("time_limit_s", self.time_limit_s, unit="s")
+        check_settings(self)

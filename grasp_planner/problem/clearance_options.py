@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
-from ..checks import positive
-from ..exceptions import InvalidValueError, NameNotFoundError
+from ..exceptions import NameNotFoundError
 from ..values import Value
+from .settings import check_settings, setting
 
 LinkObjectMode = Literal["geometry", "joint_centres", "off"]
 LINK_OBJECT_MODES: tuple[LinkObjectMode, ...] = ("geometry", "joint_centres", "off")
+CLEARANCES = ("links", "joint_centres", "none")
+"""Ready-made options: links of the object and of each other; joint centres of the object, the paper's own; nothing."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,23 +32,50 @@ class ClearanceOptions(Value):
             None for no ground.
     """
 
-    link_object: LinkObjectMode = "geometry"
-    self_collision: bool = True
-    tip_patch: bool = True
-    remark1: bool = True
-    margin: float = 5e-4
-    ground: float | None = None
+    settings_group: ClassVar[str] = "clearance."
+
+    link_object: LinkObjectMode = setting(
+        "geometry",
+        "Remark 2: what keeps clear of the object, the links' real geometry, their joint centres only, or nothing.",
+        choices=LINK_OBJECT_MODES,
+    )
+    self_collision: bool = setting(True, "Whether fingers keep clear of each other and of the palm.")
+    tip_patch: bool = setting(True, "Whether a finger may touch with the end of its tip only.")
+    remark1: bool = setting(True, "Remark 1: whether the abduction angles of the fingers keep their order.")
+    margin: float = setting(
+        5e-4,
+        "Distance kept by everything that must not touch.",
+        unit="m",
+        low=0.0,
+        high=0.05,
+        step=1e-4,
+        option="--clearance-margin",
+    )
+    ground: float | None = setting(
+        None,
+        "Height of a table no link may enter, opposite to gravity from the object's centre.",
+        kind="number",
+        unit="m",
+        low=-10.0,
+        high=10.0,
+        none="no table",
+    )
 
     def __post_init__(self) -> None:
-        if self.link_object not in LINK_OBJECT_MODES:
-            raise NameNotFoundError("link_object mode", str(self.link_object), LINK_OBJECT_MODES)
-        for name in ("self_collision", "tip_patch", "remark1"):
-            if not isinstance(getattr(self, name), bool):
-                raise InvalidValueError(f"clearance {name}", getattr(self, name), "true or false")
-        if positive("clearance margin", self.margin, zero_allowed=True, unit="m") > 0.05:
-            raise InvalidValueError("clearance margin", self.margin, "at most 0.05 m")
-        if self.ground is not None and not math.isfinite(self.ground):
-            raise InvalidValueError("clearance ground", self.ground, "a finite height [m], or None")
+        check_settings(self)
+
+    @classmethod
+    def named(cls, name: str) -> ClearanceOptions:
+        """Return the options of one of :data:`CLEARANCES`.
+
+        Raises:
+            NameNotFoundError: If there is none of that name.
+        """
+        if name not in CLEARANCES:
+            raise NameNotFoundError("clearance", str(name), CLEARANCES)
+        if name == "none":
+            return cls.off()
+        return cls(link_object="geometry" if name == "links" else "joint_centres")
 
     @classmethod
     def off(cls) -> ClearanceOptions:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from ..checks import finite_array, positive
+from ..checks import finite_array
 from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
 from ..values import Value
+from .settings import check_settings, setting, text_of_numbers
 
 
 def sphere_directions(*, edges: bool = False) -> Array:
@@ -57,37 +59,87 @@ class LoadCases(Value):
         hand_limits: Whether the hand's limits of normal forces and joint torques count.
     """
 
-    force: float = 1.0
-    torque: float = 0.0
-    acceleration: float = 0.0
-    position_error: float = 0.0
-    rotation_error: float = 0.0
-    wrenches: tuple[tuple[float, ...], ...] = ()
-    friction_safety: float = 1.2
-    min_normal_force: float = 0.1
-    max_normal_force: float | None = None
-    max_force_norm: float | None = None
-    hand_limits: bool = True
+    settings_group: ClassVar[str] = "loads."
+
+    force: float = setting(
+        1.0,
+        "Disturbing force to withstand, in any direction.",
+        unit="N",
+        low=0.0,
+        high=1e4,
+        step=0.1,
+        option="--load-force",
+    )
+    torque: float = setting(
+        0.0,
+        "Disturbing torque to withstand, about any axis.",
+        unit="N m",
+        low=0.0,
+        high=1e3,
+        step=0.01,
+        option="--load-torque",
+    )
+    acceleration: float = setting(
+        0.0,
+        "Acceleration of the object to withstand, in any direction.",
+        unit="m/s²",
+        low=0.0,
+        high=1e4,
+        step=0.1,
+        option="--load-acceleration",
+    )
+    position_error: float = setting(
+        0.0, "Shift of the object to withstand, in any direction.", unit="m", low=0.0, high=1.0, step=1e-3
+    )
+    rotation_error: float = setting(
+        0.0, "Turn of the object to withstand, about any axis.", unit="rad", low=0.0, high=3.2, step=0.01
+    )
+    wrenches: tuple[tuple[float, ...], ...] = setting(
+        (),
+        "A further disturbance fx,fy,fz or fx,fy,fz,mx,my,mz in the object frame.",
+        unit="N, N m",
+        low=-1e4,
+        high=1e4,
+        option="--load-wrench",
+        many=True,
+        read=lambda text: wrench_of_text(text),
+        write=text_of_numbers,
+        plain=list[tuple[float, float, float, float, float, float]],
+    )
+    friction_safety: float = setting(1.2, "s: forces stay in the cones of μ/s.", low=1.0, high=100.0, step=0.05)
+    min_normal_force: float = setting(
+        0.1, "Least normal force of every contact.", unit="N", low=0.0, high=1e4, step=0.1
+    )
+    max_normal_force: float | None = setting(
+        None,
+        "Largest normal force of every contact.",
+        kind="number",
+        unit="N",
+        low=0.0,
+        high=1e5,
+        above=True,
+        none="the hand's",
+    )
+    max_force_norm: float | None = setting(
+        None,
+        "Largest grasping force F of the nominal case.",
+        kind="number",
+        unit="N",
+        low=0.0,
+        high=1e5,
+        above=True,
+        none="no limit",
+    )
+    hand_limits: bool = setting(True, "Whether the hand's limits of normal forces and joint torques count.")
 
     def __post_init__(self) -> None:
-        positive("load force", self.force, zero_allowed=True, unit="N")
-        positive("load torque", self.torque, zero_allowed=True, unit="N m")
-        positive("load acceleration", self.acceleration, zero_allowed=True, unit="m/s²")
-        positive("position_error", self.position_error, zero_allowed=True, unit="m")
-        positive("rotation_error", self.rotation_error, zero_allowed=True, unit="rad")
-        if not positive("friction_safety", self.friction_safety) >= 1.0:
-            raise InvalidValueError("friction_safety", self.friction_safety, "at least 1")
-        positive("min_normal_force", self.min_normal_force, zero_allowed=True, unit="N")
-        if self.max_normal_force is not None:
-            least = max(self.min_normal_force, 0.0)
-            if not positive("max_normal_force", self.max_normal_force, unit="N") > least:
-                raise InvalidValueError("max_normal_force", self.max_normal_force, f"more than the least, {least} N")
-        if self.max_force_norm is not None:
-            positive("max_force_norm", self.max_force_norm, unit="N")
-        if not isinstance(self.hand_limits, bool):
-            raise InvalidValueError("hand_limits", self.hand_limits, "true or false")
-        wrenches = tuple(tuple(finite_array("load wrench", w, (6,)).tolist()) for w in self.wrenches)
+        given = self.wrenches if isinstance(self.wrenches, list | tuple) else (self.wrenches,)
+        wrenches = tuple(tuple(finite_array("loads.wrenches", w, (6,)).tolist()) for w in given)
         object.__setattr__(self, "wrenches", wrenches)
+        check_settings(self)
+        if self.max_normal_force is not None and self.max_normal_force <= self.min_normal_force:
+            allowed = f"more than the least, {self.min_normal_force:g} N"
+            raise InvalidValueError("loads.max_normal_force", self.max_normal_force, allowed)
 
     @classmethod
     def off(cls) -> LoadCases:
@@ -156,5 +208,5 @@ def wrench_of_text(text: str) -> tuple[float, ...]:
         values = []
     numbers = np.asarray(values, dtype=float)
     if numbers.size not in (3, 6) or not np.isfinite(numbers).all():
-        raise InvalidValueError("wrench", text, "fx,fy,fz or fx,fy,fz,mx,my,mz in N and N m")
+        raise InvalidValueError("loads.wrenches", text, "fx,fy,fz or fx,fy,fz,mx,my,mz in N and N m")
     return tuple(np.concatenate([numbers, np.zeros(6 - numbers.size)]).tolist())

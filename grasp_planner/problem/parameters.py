@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
-import numpy as np
-
-from ..checks import finite_array, positive
-from ..exceptions import InvalidValueError, NameNotFoundError
+from ..checks import finite_array
+from ..exceptions import InvalidValueError
+from ..hand.hand import Hand
 from ..spatial import Array, readonly
 from ..values import Value
+from .settings import check_settings, numbers_of_text, setting, text_of_numbers
 
 STANDARD_GRAVITY = 9.81
 """Gravity [m/s²]."""
@@ -25,9 +25,8 @@ class GraspParameters(Value):
 
     Attributes:
         friction: Coefficient of friction μ.
-        structural_compliance: C_s [m/N].
-        joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q; the hand's own
-            (0.1 for the DLR/HIT II, as in the paper) if None.
+        structural_compliance: C_s [m/N]; the hand's own if None, as for the next two: a problem puts them in.
+        joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q.
         contact_stiffness: K_c [N/m].
         force_weight: w_F in z = w_F F + w_C C; eq. (29).
         task_weight: w_C.
@@ -36,26 +35,78 @@ class GraspParameters(Value):
             ``internal`` forces only as in eq. (33) (choice A5).
     """
 
-    friction: float = 0.8
-    structural_compliance: float = 0.1
-    joint_compliance: float | tuple[float, ...] | None = None
-    contact_stiffness: float = 1e5
-    force_weight: float = 1e-6
-    task_weight: float = 1.0
-    gravity: Array = field(default_factory=lambda: readonly([0.0, 0.0, -STANDARD_GRAVITY]))
-    torque_model: TorqueModel = "total"
+    friction: float = setting(0.8, "Coefficient of friction μ.", low=0.0, high=10.0, above=True, step=0.05)
+    structural_compliance: float = setting(
+        None,
+        "Compliance C_s of the structure.",
+        kind="number",
+        unit="m/N",
+        low=0.0,
+        high=1e3,
+        above=True,
+        none="the hand's",
+    )
+    joint_compliance: float | tuple[float, ...] = setting(
+        None,
+        "Compliance C_q of the joints, one number or one for each joint as number,number,….",
+        unit="rad/(N m)",
+        low=0.0,
+        high=1e3,
+        none="the hand's",
+        read=lambda text: _one_or_more(numbers_of_text(text)),
+        write=text_of_numbers,
+        plain=float | list[float],
+    )
+    contact_stiffness: float = setting(
+        None, "Stiffness K_c of a contact.", kind="number", unit="N/m", low=0.0, high=1e12, none="the hand's"
+    )
+    force_weight: float = setting(1e-6, "Weight w_F of the grasping force F.", unit="1/N", low=0.0, high=1e6)
+    task_weight: float = setting(1.0, "Weight w_C of the task index C.", low=0.0, high=1e6)
+    gravity: Array = setting(
+        lambda: readonly([0.0, 0.0, -STANDARD_GRAVITY]),
+        "Gravity x,y,z in the object frame.",
+        unit="m/s²",
+        low=-1e3,
+        high=1e3,
+        read=numbers_of_text,
+        write=text_of_numbers,
+        plain=tuple[float, float, float],
+    )
+    torque_model: TorqueModel = setting(
+        "total",
+        "Torque that bends the soft joints: of the total contact force, or the internal one (eq. 33).",
+        choices=("total", "internal"),
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        positive("friction", self.friction)
-        positive("structural_compliance", self.structural_compliance, unit="m/N")
-        for value in np.atleast_1d(0.0 if self.joint_compliance is None else self.joint_compliance):
-            positive("joint_compliance", value, zero_allowed=True, unit="rad/(N m)")
-        positive("contact_stiffness", self.contact_stiffness, zero_allowed=True, unit="N/m")
-        positive("force_weight", self.force_weight, zero_allowed=True)
-        positive("task_weight", self.task_weight, zero_allowed=True)
+        check_settings(self)
         if self.force_weight == 0.0 and self.task_weight == 0.0:
             raise InvalidValueError("force_weight, task_weight", (0.0, 0.0), "at least one of them > 0")
         object.__setattr__(self, "gravity", finite_array("gravity", self.gravity, (3,)))
-        if self.torque_model not in ("total", "internal"):
-            raise NameNotFoundError("torque model", str(self.torque_model), ("total", "internal"))
+
+    def of_hand(self, hand: Hand) -> GraspParameters:
+        """Return the parameters with the hand's own numbers where there are none."""
+        missing = {name: value for name, value in hand_parameters(hand).items() if getattr(self, name) is None}
+        return replace(self, **missing) if missing else self
+
+    def without_hand(self, hand: Hand) -> GraspParameters:
+        """Return the parameters without those that are the hand's own, so that another hand can give its own."""
+        own = {name: None for name, value in hand_parameters(hand).items() if getattr(self, name) == value}
+        return replace(self, **own)  # type: ignore[arg-type]  # None: given by a hand later on
+
+
+def hand_parameters(hand: Hand) -> dict[str, Any]:
+    """Return the hand's own compliances [m/N, rad/(N m)] and contact stiffness [N/m], by the name of the parameter."""
+    joints = hand.joint_compliance.tolist()
+    described = hand.description.compliance
+    return {
+        "structural_compliance": described.structural,
+        "joint_compliance": joints[0] if len(set(joints)) == 1 else tuple(joints),
+        "contact_stiffness": described.contact_stiffness,
+    }
+
+
+def _one_or_more(numbers: tuple[float, ...]) -> float | tuple[float, ...]:
+    """Return a single number as such."""
+    return numbers[0] if len(numbers) == 1 else numbers

@@ -22,6 +22,7 @@ from ..values import Value
 from .clearance_options import ClearanceOptions
 from .load_cases import LoadCases
 from .parameters import GraspParameters
+from .settings import setting
 from .size_check import ObjectSizeWarning, size_warning
 from .term import Cost, Requirement, Weighted, own_constraints, own_costs
 
@@ -37,7 +38,7 @@ class GraspProblem(Value):
         hand: The hand.
         grasp_object: The object.
         tasks: Task directions with weights.
-        n_synergies: Number of synergies n_s; if None, eight or as many as the hand has joints.
+        n_synergies: Number of synergies n_s; if None, eight or as many as the set has.
         parameters: Parameters of the model.
         synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances).
         contact_set: Name of the contact set; the hand's first if None.
@@ -56,13 +57,29 @@ class GraspProblem(Value):
     hand: Hand
     grasp_object: GraspObject
     tasks: tuple[TaskDirection, ...] = (force_task((0.0, 1.0, 0.0)),)
-    n_synergies: int = None  # type: ignore[assignment]  # a number from __post_init__ on
+    n_synergies: int = setting(
+        None,
+        "Number of synergies.",
+        kind="whole",
+        low=1,
+        none=f"{PRACTICAL_SYNERGIES}, or all of the set; {PAPER_SYNERGIES} with --paper",
+        option="--synergies",
+    )
     parameters: GraspParameters = field(default_factory=GraspParameters)
-    synergy_set: str | None = None
-    contact_set: str | None = None
+    synergy_set: str | None = setting(None, "Synergy set of the hand.", none="the hand's")
+    contact_set: str | None = setting(
+        None, "Contact set of the hand, for instance point or sphere.", none="the hand's first"
+    )
     synergy_space: SynergySpace | None = None
     clearance: ClearanceOptions = field(default_factory=ClearanceOptions)
-    contacts: tuple[str, ...] | None = None
+    contacts: tuple[str, ...] | None = setting(
+        None,
+        "Contacts of the set that touch, as name,name,….",
+        none="all",
+        read=lambda text: tuple(name.strip() for name in text.split(",")),
+        write=",".join,
+        plain=list[str],
+    )
     loads: LoadCases = field(default_factory=LoadCases)
     costs: tuple[Cost | Weighted, ...] = ()
     constraints: tuple[Requirement, ...] = ()
@@ -79,9 +96,10 @@ class GraspProblem(Value):
                 object.__setattr__(self, "contacts", None)
         if not self.tasks:
             raise InvalidValueError("tasks", (), "at least one task direction")
+        object.__setattr__(self, "parameters", self.parameters.of_hand(self.hand))
         n_q = self.hand.n_joints
         if self.n_synergies is None:
-            object.__setattr__(self, "n_synergies", min(PRACTICAL_SYNERGIES, n_q))
+            object.__setattr__(self, "n_synergies", min(PRACTICAL_SYNERGIES, n_q, self.all_synergies.n_synergies))
         n_s = self.n_synergies
         if isinstance(n_s, bool) or not isinstance(n_s, int) or not 1 <= n_s <= n_q:
             raise InvalidValueError("n_synergies", n_s, f"a whole number from 1 to {n_q}")
@@ -95,7 +113,9 @@ class GraspProblem(Value):
             raise InvalidValueError("contact_stiffness", 0.0, "more than 0 N/m where there are disturbances")
         if self.loads.min_normal_force >= self.max_normal_force:
             raise InvalidValueError(
-                "min_normal_force", self.loads.min_normal_force, f"less than the largest, {self.max_normal_force:g} N"
+                "loads.min_normal_force",
+                self.loads.min_normal_force,
+                f"less than the largest, {self.max_normal_force:g} N",
             )
         if not self.grasp_object.size_doubted and (message := size_warning(self.hand, self.frames, self.grasp_object)):
             warnings.warn(message, ObjectSizeWarning, stacklevel=3)
@@ -155,18 +175,20 @@ class GraspProblem(Value):
         return self.synergy_set or self.hand.description.synergies.default_for(self.clearance.needs_geometry)
 
     @cached_property
+    def all_synergies(self) -> SynergySpace:
+        """All synergies of the set or space in use, in the order of the hand's joints."""
+        full, hand = self.synergy_space, self.hand
+        return hand.synergies(self.synergy_set_name) if full is None else full.reordered(hand.joint_names)
+
+    @cached_property
     def synergies(self) -> SynergySpace:
         """The first n_s synergies, in the order of the hand's joints."""
-        full, hand = self.synergy_space, self.hand
-        space = hand.synergies(self.synergy_set_name) if full is None else full.reordered(hand.joint_names)
-        return space.truncated(self.n_synergies)
+        return self.all_synergies.truncated(self.n_synergies)
 
     @cached_property
     def joint_compliance(self) -> Array:
         """C_q of every joint [rad/(N m)], of shape (n_q,)."""
         given, n_q = self.parameters.joint_compliance, self.hand.n_joints
-        if given is None:
-            return self.hand.joint_compliance
         return finite_array("joint_compliance", np.full(n_q, given) if np.ndim(given) == 0 else given, (n_q,))
 
     @cached_property
@@ -204,3 +226,15 @@ class GraspProblem(Value):
             row[self.hand.joint_index(first)] -= order.sign if order is not None else 0
             row[self.hand.joint_index(second)] += order.sign if order is not None else 0
         return readonly(rows)
+
+
+def default_synergies(hand: Hand, synergy_set: str | None = None, *, paper: bool = False) -> int:
+    """Return the number of synergies of a problem that names none: eight, or the paper's three, or all of the set.
+
+    Args:
+        hand: The hand.
+        synergy_set: Name of its set; the one where links keep clear if None.
+        paper: Whether it is the paper's problem.
+    """
+    name = synergy_set or hand.description.synergies.default_for(not paper)
+    return min(PAPER_SYNERGIES if paper else PRACTICAL_SYNERGIES, hand.synergies(name).n_synergies)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +32,7 @@ from .layout import (
     TaskRecord,
 )
 from .parts import clearance_records, finite_or_none, margins_record, stability_record
+from .settings import plain_settings, settings_from
 from .terms import cost_records, own_terms_of, own_terms_record, violation_records
 
 MAX_RECORD_BYTES = 5_000_000
@@ -103,11 +103,6 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
     )
 
 
-def _clearance_options(options: ClearanceOptions) -> ClearanceOptionsRecord:
-    """Return the record of clearance options."""
-    return ClearanceOptionsRecord(**asdict(options))
-
-
 def _contact_records(grasp: Grasp) -> list[ContactRecord]:
     """Return the records of all contacts."""
     contacts = grasp.contacts
@@ -130,22 +125,12 @@ def _contact_records(grasp: Grasp) -> list[ContactRecord]:
 
 def _parameter_record(problem: GraspProblem) -> ParameterRecord:
     """Return the record of the parameters."""
-    parameters = problem.parameters
-    values = problem.joint_compliance
-    c_q = values[:1].tolist() if np.ptp(values) == 0.0 else values.tolist()
     return ParameterRecord(
-        mu=parameters.friction,
-        C_s=parameters.structural_compliance,
-        C_q=c_q[0] if len(c_q) == 1 else problem.joint_compliance.tolist(),
-        K_c=parameters.contact_stiffness,
-        w_F=parameters.force_weight,
-        w_C=parameters.task_weight,
-        gravity=parameters.gravity.tolist(),
-        torque_model=parameters.torque_model,
+        **plain_settings(problem.parameters),
         synergy_set=problem.synergy_set_name if problem.synergy_space is None else None,
         contact_set=problem.contact_set or problem.hand.contact_set_names[0],
-        clearance=_clearance_options(problem.clearance),
-        loads=LoadCasesRecord(**asdict(problem.loads)),
+        clearance=ClearanceOptionsRecord(**plain_settings(problem.clearance)),
+        loads=LoadCasesRecord(**plain_settings(problem.loads)),
     )
 
 
@@ -224,28 +209,18 @@ def grasp_from_record(
     """
     hand = hand or load_hand(record.hand)
     given = record.parameters
-    parameters = GraspParameters(
-        friction=given.mu,
-        structural_compliance=given.C_s,
-        joint_compliance=tuple(given.C_q) if isinstance(given.C_q, list) else given.C_q,
-        contact_stiffness=given.K_c,
-        force_weight=given.w_F,
-        task_weight=given.w_C,
-        gravity=readonly(given.gravity),
-        torque_model=given.torque_model,
-    )
     weighted, required = own_terms_of(record, costs, constraints)
     problem = GraspProblem(
         hand=hand,
         grasp_object=parse_object(record.object),
         tasks=tuple(parse_task(task.text) for task in record.task),
         n_synergies=record.n_synergies,
-        parameters=parameters,
+        parameters=settings_from(GraspParameters, given),
         synergy_set=given.synergy_set,
         contact_set=given.contact_set,
-        clearance=ClearanceOptions(**given.clearance.model_dump()),
+        clearance=settings_from(ClearanceOptions, given.clearance),
         contacts=tuple(contact.name for contact in record.contacts),
-        loads=LoadCases(**given.loads.model_dump()),
+        loads=settings_from(LoadCases, given.loads),
         costs=weighted,
         constraints=required,
     )

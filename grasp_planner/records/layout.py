@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from ..problem.clearance_options import ClearanceOptions, LinkObjectMode
+from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
+from ..problem.parameters import GraspParameters
 from .old_violations import current_violations
+from .settings import settings_layout
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Optional = Number | None
@@ -20,7 +21,7 @@ Vector6 = tuple[Number, Number, Number, Number, Number, Number]
 class Record(BaseModel):
     """Frozen record that refuses unknown keys."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class TaskRecord(Record):
@@ -57,31 +58,17 @@ class ContactRecord(Record):
     friction_margin: Number = Field(description="μ f_n − |f_t|, N")
 
 
-class ClearanceOptionsRecord(Record):
+_Clearance: Any = settings_layout("ClearanceOptionsRecord", ClearanceOptions, Record)
+_Loads: Any = settings_layout("LoadCasesRecord", LoadCases, Record)
+_Parameters: Any = settings_layout("ParameterRecord", GraspParameters, Record)
+
+
+class ClearanceOptionsRecord(_Clearance):
     """What had to keep clear of what."""
 
-    link_object: LinkObjectMode = Field(description="Remark 2: real geometry, joint centres only, or off")
-    self_collision: bool
-    tip_patch: bool
-    remark1: bool = Field(description="abduction angles keep their order")
-    margin: Number = Field(description="m")
-    ground: Optional = Field(description="height of the ground along the direction opposite to gravity, m")
 
-
-class LoadCasesRecord(Record):
+class LoadCasesRecord(_Loads):
     """What the grasp had to withstand; all zero (friction_safety one) for the paper's problem."""
-
-    force: Number = Field(description="radius of the sphere of disturbing forces, N")
-    torque: Number = Field(description="radius of the sphere of disturbing torques, N m")
-    acceleration: Number = Field(description="of the object in any direction, m/s²")
-    position_error: Number = Field(default=0.0, description="radius of the sphere of shifts of the object, m")
-    rotation_error: Number = Field(default=0.0, description="radius of the sphere of its turns, rad")
-    wrenches: list[Vector6] = Field(description="further disturbances in O; N, N m")
-    friction_safety: Number = Field(description="s of the cones of μ/s")
-    min_normal_force: Number = Field(description="N")
-    max_normal_force: Optional = Field(description="N; null for the hand's own limit")
-    max_force_norm: Optional = Field(default=None, description="largest F, N; null for none")
-    hand_limits: bool = Field(description="whether the hand's limits of normal forces and joint torques count")
 
 
 class ClearanceRecord(Record):
@@ -95,23 +82,13 @@ class ClearanceRecord(Record):
     point_b: Vector3 = Field(description="m")
 
 
-class ParameterRecord(Record):
-    """Parameters of the model."""
+class ParameterRecord(_Parameters):
+    """Parameters of the model, what of the hand is used, and what is asked for."""
 
-    mu: Number
-    C_s: Number = Field(description="m/N")
-    C_q: Number | list[Number] = Field(description="rad/(N m)")
-    K_c: Number = Field(description="N/m")
-    w_F: Number
-    w_C: Number
-    gravity: Vector3 = Field(description="m/s²")
-    torque_model: Literal["total", "internal"]
     synergy_set: str | None
     contact_set: str
-    clearance: ClearanceOptionsRecord = Field(
-        default_factory=lambda: ClearanceOptionsRecord(**asdict(ClearanceOptions.off()))
-    )
-    loads: LoadCasesRecord = Field(default_factory=lambda: LoadCasesRecord(**asdict(LoadCases.off())))
+    clearance: ClearanceOptionsRecord = Field(default_factory=ClearanceOptionsRecord)
+    loads: LoadCasesRecord = Field(default_factory=LoadCasesRecord)
 
 
 class MarginRecord(Record):

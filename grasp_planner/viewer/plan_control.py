@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import html
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from ..grasp.grasp import Grasp, IterationRecord
+from ..planning.options import PlannerOptions
 from ..planning.starts import standard_start
 from ..spatial import Pose
 from .panels.plan import PlanPanel
@@ -51,13 +53,19 @@ class PlanControl:
         problem = paper_presets()[self.panel.preset.value].problem()
         start = standard_start(problem)
         self.session.show(Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma), "to be planned")
-        self._start(enough=ENOUGH, from_here=False)
+        self._start(replace(self._options, enough=ENOUGH), from_here=False)
 
     def start(self) -> None:
         """Start planning for the problem shown, as the widgets say."""
-        self._start(enough=int(self.panel.enough.value), from_here=self.panel.from_here.value)
+        self._start(self._options, from_here=self.panel.from_here.value)
 
-    def _start(self, *, enough: int, from_here: bool) -> None:
+    @property
+    def _options(self) -> PlannerOptions:
+        """What the widgets of the search say."""
+        found: PlannerOptions = self.panel.search.options(PlannerOptions())
+        return found
+
+    def _start(self, options: PlannerOptions, *, from_here: bool) -> None:
         """Start planning for the problem shown."""
         self._stop_animation()
         session, plan = self.session, self.panel
@@ -68,8 +76,7 @@ class PlanControl:
         request = PlanRequest(
             problem=problem,
             seed=int(plan.seed.value),
-            starts=int(plan.starts.value),
-            enough=enough,
+            options=options,
             start=given,
         )
         events = PlanEvents(
@@ -88,7 +95,7 @@ class PlanControl:
         """Show the newest iteration of the search."""
         last, session = records[-1], self.session
         self.panel.add_progress(records)
-        set_value(self.panel.bar, 100.0 * min(1.0, last.start / request.starts))
+        set_value(self.panel.bar, 100.0 * min(1.0, last.start / request.options.starts))
         message = f"start {last.start + 1}, phase {last.phase}, iteration {last.iteration}"
         self.panel.status.content = message
         problem = request.problem

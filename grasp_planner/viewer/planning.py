@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from typing import Any, Literal
 
@@ -34,15 +34,13 @@ class PlanRequest:
     Attributes:
         problem: The problem.
         seed: Seed of the random starts.
-        starts: Most starts.
-        enough: Feasible grasps after which the search ends.
+        options: How long and how hard to search.
         start: First start, the planner's own if None: (q, pose as 4 x 4, δσ).
     """
 
     problem: GraspProblem
     seed: int = 0
-    starts: int = 40
-    enough: int = 4
+    options: PlannerOptions = field(default_factory=PlannerOptions)
     start: tuple[Array, Array, Array] | None = None
 
 
@@ -218,7 +216,7 @@ def _search(connection: Connection, job: int, request: PlanRequest, cancelled: A
     best = plan_grasp(
         request.problem,
         seed=request.seed,
-        options=PlannerOptions(starts=request.starts, enough=request.enough),
+        options=request.options,
         start=_first_start(request),
         callback=report,
         cancel=cancelled.is_set,

@@ -107,7 +107,7 @@ def verdict_card(grasp: Grasp, note: str = "") -> str:
         if links_penetrate(grasp):
             lines += (
                 f"<div style='color:{AMBER}'>• Links pass through the object or through each other: this problem does "
-                "not ask them to keep clear (tab Plan, Collisions).</div>"
+                "not ask them to keep clear (tab Plan, Clearances).</div>"
             )
     cells = "".join(_cell(*entry) for entry in headline(grasp))
     below = f"<div style='opacity:.75;margin-top:6px'>{html.escape(note)}</div>" if note else ""

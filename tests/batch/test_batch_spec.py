@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from grasp_planner.batch import CaseTable, ResultsError, SpecError, parse_spec, read_spec
-from grasp_planner.batch.case import GROUPS
 from grasp_planner.batch.expand import cases_hash
 
 
@@ -203,15 +202,14 @@ def test_case_makes_its_problem():
     np.testing.assert_array_equal(problem.parameters.gravity, [0, 0, -1])
 
 
-@pytest.mark.skipif("clearance" not in GROUPS, reason="problems have no groups of options")
 def test_groups_of_options_are_set_one_by_one():
-    from grasp_planner import load_hand
+    from grasp_planner import ClearanceOptions, load_hand
 
     fixed = {"clearance": True, "clearance.margin": 0.002}
     (case,) = expand({"blocks": [{"fixed": fixed}]})
     options = case.problem(load_hand(case.hand)).clearance
-    assert options == replace(type(GROUPS["clearance"])(), margin=0.002) != GROUPS["clearance"]
-    assert case.scalar_settings()["clearance_margin"] == 0.002
+    assert options == replace(ClearanceOptions(), margin=0.002) != ClearanceOptions()
+    assert case.columns(load_hand(case.hand))["clearance_margin"] == 0.002
     for key, value in (("clearance", "on"), ("clearance.margin", -1), ("clearance.marign", 1)):
         with pytest.raises(SpecError, match=re.escape(f"blocks[0].fixed.{key}")):
             parse_spec({"blocks": [{"fixed": {key: value}}]})

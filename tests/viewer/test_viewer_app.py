@@ -116,8 +116,8 @@ def test_close_ends_with_fingertips_on_the_surface(viewer, monkeypatch):
     assert viewer.session.note.startswith("closed along synergy 1")
     closed = [grasp for grasp, message in drawn if "Closing along synergy 1" in message][-1]
     assert np.abs(closed.contacts.gaps).max() < 1e-6
-    # Then the springs bend a little under the squeeze that is shown with it.
-    assert np.abs(viewer.session.grasp.contacts.gaps).max() < 3e-3  # a fingertip gives about 0.6 mm/N
+    # Then the springs bend under the squeeze that is shown with it, of several newtons.
+    assert np.abs(viewer.session.grasp.contacts.gaps).max() < 0.02
 
 
 def test_play_closing_returns_to_the_grasp(viewer, grasp):
@@ -130,7 +130,7 @@ def test_play_closing_returns_to_the_grasp(viewer, grasp):
 def test_object_task_and_parameters_change_the_problem_and_nothing_else(viewer, grasp):
     viewer.problem.direction.value = (1.0, 0.0, 0.0)
     viewer.problem._sizes["radius"].value = 0.031
-    viewer.problem._parameters["friction"].value = 0.5
+    viewer.problem.parameters.widgets["friction"].value = 0.5
     settle(viewer)
     problem = viewer.session.problem
     assert problem.tasks[0].text == "force:1,0,0"

@@ -10,7 +10,7 @@ import urllib.request
 import pytest
 from click.testing import CliRunner
 
-from grasp_planner import grasp_json
+from grasp_planner import PlannerOptions, grasp_json
 from grasp_planner.cli.main import main
 from grasp_planner.viewer import planning
 from grasp_planner.viewer.planning import PlanEvents, PlanningProcess, PlanRequest
@@ -106,7 +106,7 @@ def process():
 @pytest.mark.slow
 def test_only_one_search_runs_at_a_time(process, easy_problem):
     one, two = Listener(), Listener()
-    request = PlanRequest(easy_problem, enough=1, starts=6)
+    request = PlanRequest(easy_problem, options=PlannerOptions(enough=1, starts=6))
     assert process.start(request, one.events)
     assert not process.start(request, two.events)
     assert one.ended.wait(90.0)
@@ -122,7 +122,7 @@ def test_only_one_search_runs_at_a_time(process, easy_problem):
 def test_a_search_that_does_not_listen_is_ended(process, easy_problem, monkeypatch):
     """Cancelled while the fresh process still loads its libraries, it can't listen."""
     listener = Listener()
-    assert process.start(PlanRequest(easy_problem, enough=50, starts=500), listener.events)
+    assert process.start(PlanRequest(easy_problem, options=PlannerOptions(enough=50, starts=500)), listener.events)
     began = time.perf_counter()
     process.cancel()
     assert listener.ended.wait(5.0)
@@ -134,10 +134,10 @@ def test_a_search_that_does_not_listen_is_ended(process, easy_problem, monkeypat
 @pytest.mark.slow
 def test_a_dead_process_is_reported_and_replaced(process, easy_problem):
     listener, again = Listener(), Listener()
-    assert process.start(PlanRequest(easy_problem, enough=50, starts=500), listener.events)
+    assert process.start(PlanRequest(easy_problem, options=PlannerOptions(enough=50, starts=500)), listener.events)
     process._process.kill()
     assert listener.ended.wait(20.0)
     assert listener.outcome == "failed"
-    assert process.start(PlanRequest(easy_problem, enough=1, starts=6), again.events)
+    assert process.start(PlanRequest(easy_problem, options=PlannerOptions(enough=1, starts=6)), again.events)
     assert again.ended.wait(90.0)
     assert again.outcome == "done"

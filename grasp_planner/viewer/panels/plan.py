@@ -7,9 +7,11 @@ import viser
 from viser import uplot
 
 from ...grasp.grasp import IterationRecord
+from ...planning.options import PlannerOptions
 from ..presets import paper_presets
 from ..session import Session
 from .problem import log10
+from .settings import SettingsPanel
 
 POINTS = 400
 """Most points of a progress curve."""
@@ -36,8 +38,8 @@ class PlanPanel:
             self.browse = gui.add_button_group("Show", ("best", "previous", "next"))
         with gui.add_folder("Search", expand_by_default=False):
             self.seed = gui.add_number("Seed", 0, min=0, max=10**6, step=1)
-            self.starts = gui.add_number("Most starts", 40, min=1, max=500, step=1)
-            self.enough = gui.add_number("Feasible grasps wanted", 4, min=1, max=50, step=1)
+            self.search = SettingsPanel(gui, PlannerOptions, lambda: None)
+            self.starts, self.enough = self.search.widgets["starts"], self.search.widgets["enough"]
             self.from_here = gui.add_checkbox("Start from the hand as it is", False)
 
     def _describe_preset(self) -> None:

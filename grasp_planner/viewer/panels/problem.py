@@ -1,4 +1,4 @@
-"""The widgets of the problem: task, object, hand, contacts, weights and model parameters."""
+"""The widgets of the problem: task, object, hand and contacts, and its settings, folder by folder."""
 
 from __future__ import annotations
 
@@ -16,9 +16,12 @@ from ...hand.hand import Hand
 from ...hand.loading import load_hand
 from ...model.task_direction import TaskDirection, parse_task
 from ...objects import SHAPES, GraspObject
-from ...problem.problem import GraspProblem
+from ...problem.clearance_options import ClearanceOptions
+from ...problem.load_cases import LoadCases
+from ...problem.parameters import GraspParameters
+from ...problem.problem import GraspProblem, default_synergies
 from ..session import Session
-from .clearance import ClearancePanel
+from .settings import SettingsPanel
 from .widgets import set_value
 
 AXES = ("+x", "−x", "+y", "−y", "+z", "−z")
@@ -38,10 +41,16 @@ class ProblemPanel:
             self._sizes: dict[str, viser.GuiNumberHandle[float]] = {}
         with gui.add_folder("Hand", expand_by_default=False):
             self._add_hand()
-        with gui.add_folder("Collisions", expand_by_default=False):
-            self.clearance = ClearancePanel(gui, self._changed)
+        with gui.add_folder("Clearances", expand_by_default=False):
+            self.clearance = SettingsPanel(gui, ClearanceOptions, self._changed)
+        with gui.add_folder("Load cases", expand_by_default=False):
+            self.loads = SettingsPanel(gui, LoadCases, self._changed)
         with gui.add_folder("Weights and model", expand_by_default=False):
-            self._add_parameters()
+            self.weight_ratio = gui.add_slider(
+                "log₁₀ w_F/w_C", -9.0, 0.0, 0.25, -6.0, hint="Low force or the task first"
+            )
+            self.weight_ratio.on_update(lambda _: self._changed())
+            self.parameters = SettingsPanel(gui, GraspParameters, self._changed)
         self.kind.on_update(lambda _: self._changed())
 
     def problem(self, base: GraspProblem) -> GraspProblem:
@@ -61,9 +70,12 @@ class ProblemPanel:
             "grasp_object": self._object(base, values, changed),
             "tasks": self._tasks(base, values, changed),
             "clearance": self.clearance.options(base.clearance),
-            "parameters": replace(base.parameters, **self._parameter_changes(values, changed)),
+            "loads": self.loads.options(base.loads),
+            "parameters": self._model(base, hand, values, changed),
         }
         if hand is not base.hand:
+            usual = base.n_synergies == default_synergies(base.hand, base.synergy_set_name)
+            changes["n_synergies"] = None if usual else min(base.n_synergies, default_synergies(hand))
             changes |= {"synergy_set": None, "contact_set": None, "contacts": None, "synergy_space": None}
         else:
             if "synergy_set" in changed:
@@ -74,6 +86,8 @@ class ProblemPanel:
                 changes["contacts"] = values["contacts"]
         problem = replace(base, **changes)
         self._synced.update(values)
+        for panel in (self.clearance, self.loads, self.parameters):
+            panel.settle()
         return problem
 
     def _values(self) -> dict[str, Any]:
@@ -87,9 +101,9 @@ class ProblemPanel:
             "task_kind": self.task_kind.value,
             "direction": self.direction.value,
             "more": self.more.value,
+            "weight_ratio": self.weight_ratio.value,
         }
-        values |= {f"size {name}": widget.value for name, widget in self._sizes.items()}
-        return values | {name: widget.value for name, widget in self._parameters.items()}
+        return values | {f"size {name}": widget.value for name, widget in self._sizes.items()}
 
     def show(self, session: Session, *, force: bool = False) -> None:
         """Show the problem; to be called by the worker only."""
@@ -105,7 +119,11 @@ class ProblemPanel:
         self._set("direction", self.direction, tuple(float(round(value, 6)) for value in part))
         self._set("more", self.more, " ".join(entry.text for entry in problem.tasks[1:]))
         self.clearance.show(problem.clearance)
-        self._sync_parameters(problem)
+        self.loads.show(problem.loads)
+        given = problem.parameters
+        self.parameters.show(given)
+        ratio = given.force_weight / given.task_weight if given.task_weight > 0.0 else math.inf
+        self._set("weight_ratio", self.weight_ratio, float(np.clip(log10(ratio), -9.0, 0.0)))
 
     def _add_task(self) -> None:
         """Add the widgets of the task."""
@@ -138,36 +156,13 @@ class ProblemPanel:
         self.synergy_set.on_update(lambda _: self._changed())
         self.contact_set.on_update(lambda _: self._changed())
 
-    def _add_parameters(self) -> None:
-        """Add the widgets of weights and model parameters."""
-        gui = self._gui
-        self._parameters: dict[str, Any] = {
-            "weight_ratio": gui.add_slider("log₁₀ w_F/w_C", -9.0, 0.0, 0.25, -6.0, hint="Low force or the task first"),
-            "friction": gui.add_slider("Friction μ", 0.05, 2.0, 0.05, 0.8),
-            "structural_compliance": gui.add_number("C_s [m/N]", 0.1, min=1e-6, max=10.0, step=0.01),
-            "joint_compliance": gui.add_number("C_q [rad/N m]", 0.1, min=0.0, max=10.0, step=0.01),
-            "contact_stiffness": gui.add_number("K_c [N/m]", 1e5, min=0.0, max=1e8, step=1000.0),
-            "torque_model": gui.add_dropdown("Bending torque", ("total", "internal")),
-        }
-        for widget in self._parameters.values():
-            widget.on_update(lambda _: self._changed())
-
-    def _parameter_changes(self, values: dict[str, Any], changed: set[str]) -> dict[str, Any]:
-        """Return the parameters that were changed on the page."""
-        found = {name: values[name] for name in self._parameters if name in changed}
-        if "weight_ratio" in found:
-            found |= {"force_weight": 10.0 ** found.pop("weight_ratio"), "task_weight": 1.0}
+    def _model(self, base: GraspProblem, hand: Hand, values: dict[str, Any], changed: set[str]) -> GraspParameters:
+        """Return the parameters the widgets ask for; a new hand brings its own."""
+        given = base.parameters if hand is base.hand else base.parameters.without_hand(base.hand)
+        if "weight_ratio" in changed:
+            given = replace(given, force_weight=10.0 ** values["weight_ratio"], task_weight=1.0)
+        found: GraspParameters = self.parameters.options(given)
         return found
-
-    def _sync_parameters(self, problem: GraspProblem) -> None:
-        """Show the parameters."""
-        given = problem.parameters
-        ratio = given.force_weight / given.task_weight if given.task_weight > 0.0 else math.inf
-        self._set("weight_ratio", self._parameters["weight_ratio"], float(np.clip(log10(ratio), -9.0, 0.0)))
-        for name in ("friction", "structural_compliance", "contact_stiffness", "torque_model"):
-            self._set(name, self._parameters[name], getattr(given, name))
-        compliance = float(np.mean(problem.joint_compliance))
-        self._set("joint_compliance", self._parameters["joint_compliance"], compliance)
 
     def _object(self, base: GraspProblem, values: dict[str, Any], changed: set[str]) -> GraspObject:
         """Return the object the widgets ask for."""

@@ -1,0 +1,106 @@
+"""Widgets made from settings: numbers with unit and bounds, boxes, choices, and texts for everything else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+import viser
+
+from ...problem.settings import Setting, settings_of
+from .widgets import set_value
+
+UNDECIDED, YES, NO = "as needed", "yes", "no"
+"""Choices of a truth value that may be left open."""
+
+
+class SettingsPanel:
+    """Widgets of the settings of a dataclass; what they were not told to change they leave alone.
+
+    Attributes:
+        widgets: The widgets by name of the field.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, owner: type, changed: Callable[[], None], without: Iterable[str] = ()
+    ) -> None:
+        self._settings = {each.name: each for each in settings_of(owner) if each.name not in set(without)}
+        self.widgets: dict[str, Any] = {name: _widget(gui, each) for name, each in self._settings.items()}
+        self._shown = {name: widget.value for name, widget in self.widgets.items()}
+        for widget in self.widgets.values():
+            widget.on_update(lambda _: changed())
+
+    def changes(self) -> dict[str, Any]:
+        """Return the fields that were changed on the page.
+
+        Raises:
+            GraspPlannerError: If a text can't be read.
+        """
+        return {
+            name: _value(self._settings[name], widget.value)
+            for name, widget in self.widgets.items()
+            if widget.value != self._shown[name]
+        }
+
+    def options(self, base: Any) -> Any:
+        """Return options as the widgets say.
+
+        Args:
+            base: The present ones, of the dataclass.
+
+        Raises:
+            GraspPlannerError: If a value is out of range.
+        """
+        return replace(base, **self.changes())
+
+    def settle(self) -> None:
+        """Take what the widgets say for what holds."""
+        self._shown = {name: widget.value for name, widget in self.widgets.items()}
+
+    def show(self, options: Any) -> None:
+        """Show options; to be called by the worker only."""
+        for name, widget in self.widgets.items():
+            set_value(widget, _shown(self._settings[name], getattr(options, name)))
+            self._shown[name] = widget.value
+
+
+def _widget(gui: viser.GuiApi, each: Setting) -> Any:
+    """Return the widget of a setting."""
+    label = each.name.removesuffix("_s").replace("_", " ").capitalize() + (f" [{each.unit}]" if each.unit else "")
+    hint = f"{each.help.rstrip('.')}; {each.allowed}" if each.kind != "choice" else each.help.rstrip(".")
+    if each.kind == "truth":
+        if each.none:
+            return gui.add_dropdown(label, (UNDECIDED, YES, NO), hint=hint)
+        return gui.add_checkbox(label, each.default, hint=hint)
+    if each.kind == "choice":
+        return gui.add_dropdown(label, each.choices, initial_value=each.default, hint=hint)
+    if _is_number(each):
+        return gui.add_number(label, each.default, min=each.low, max=each.high, step=each.step, hint=hint)
+    empty = f"; empty: {each.none}" if each.none else ""
+    return gui.add_text(label, each.text(each.default), hint=hint + empty)
+
+
+def _is_number(each: Setting) -> bool:
+    """Return whether a setting has a number input."""
+    return each.kind in ("number", "whole") and each.step is not None and not each.none
+
+
+def _value(each: Setting, shown: Any) -> Any:
+    """Return the value of what a widget shows."""
+    if each.kind == "truth":
+        return {UNDECIDED: None, YES: True, NO: False}[shown] if each.none else bool(shown)
+    if each.kind == "choice":
+        return shown
+    if _is_number(each):
+        return int(shown) if each.kind == "whole" else float(shown)
+    return each.of_text(str(shown))
+
+
+def _shown(each: Setting, value: Any) -> Any:
+    """Return what a widget shows for a value."""
+    if each.kind == "truth" and each.none:
+        return UNDECIDED if value is None else YES if value else NO
+    if each.kind in ("truth", "choice") or _is_number(each):
+        return value
+    return each.text(value)
