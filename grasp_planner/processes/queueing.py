@@ -46,9 +46,13 @@ def work_off(
                 running += 1
             ended = pool.wait(TICK_S)
             running -= len(ended)
-            lost = [outcome for outcome in ended if outcome.kind == "died" and outcome.job.attempt < MAX_ATTEMPTS]
-            again.extend(replace(outcome.job, attempt=outcome.job.attempt + 1) for outcome in lost)
-            yield [outcome for outcome in ended if outcome not in lost]
+            settled = []
+            for outcome in ended:
+                if outcome.kind == "died" and outcome.job.attempt < MAX_ATTEMPTS:
+                    again.append(replace(outcome.job, attempt=outcome.job.attempt + 1))
+                else:
+                    settled.append(outcome)
+            yield settled
     finally:
         pool.close()
 
