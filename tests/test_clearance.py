@@ -13,7 +13,8 @@ from grasp_planner.collision.link_shapes import contact_shapes, link_shapes, sha
 from grasp_planner.evaluation.state import StateEvaluator
 from grasp_planner.judge.clearance_check import penetration
 from grasp_planner.studies.benchmark_problems import OBJECTS as OBJECT_KINDS
-from grasp_planner.terms.clearance import AbductionOrder, problem_constraints
+from grasp_planner.terms.posture import AbductionOrder
+from grasp_planner.terms.registry import problem_constraints
 
 OBJECTS = (
     "sphere:radius=0.035",

@@ -32,8 +32,8 @@ def test_derivatives_of_the_distance(hand, contact_set, rng):
     joints = hand.n_joints
     scatter = compact.Scatter(rng.normal(size=joints), np.diag(rng.uniform(0.0, 0.1, joints)))
     cost = compact.SpanDistance(scatter.mean, scatter.metric(0.05), compact.displacement_scale(problem))
-    numeric = central_differences(lambda y: [cost.value(evaluator.evaluate(y))], x, steps_of(evaluator.layout))
-    assert relative_error(cost.gradient(evaluator.evaluate(x)), numeric) < 1e-6
+    numeric = central_differences(lambda y: [cost.value(problem, evaluator.evaluate(y))], x, steps_of(evaluator.layout))
+    assert relative_error(cost.gradient(problem, evaluator.evaluate(x)), numeric) < 1e-6
 
 
 @pytest.fixture(scope="module")

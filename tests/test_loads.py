@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 import grasp_planner as gp
 from grasp_planner.judge.load_check import case_forces, response_matrix
 from grasp_planner.problem.load_cases import sphere_directions, wrench_of_text
-from grasp_planner.terms.loads import load_constraints
+from grasp_planner.terms.registry import REQUIREMENTS, judged_requirements, problem_constraints
 from tests.finite_differences import central_differences, relative_error
 from tests.test_state import OBJECTS, make_problem, random_point, steps_of
 
@@ -33,8 +33,8 @@ LOADS = {
 def check_derivatives(problem, rng):
     evaluator, x = random_point(problem, rng)
     state, steps = evaluator.evaluate(x), steps_of(evaluator.layout)
-    terms = load_constraints(problem)
-    assert len(terms) == 3 + (problem.loads.max_force_norm is not None)
+    terms = [term for term in problem_constraints(problem) if term.name.startswith("load_")]
+    assert len(terms) == 4 + (problem.loads.max_force_norm is not None)
     for term in terms:
         numeric = central_differences(lambda y, t=term: t.residual(problem, evaluator.evaluate(y)), x, steps)
         analytic = term.jacobian(problem, state)
@@ -72,11 +72,11 @@ def test_the_fast_form_agrees_with_the_clear_formulas(right, contact_set, loads,
     layout = evaluator.layout
     grasp = gp.Grasp(problem, x[layout.joints], evaluator.palm_pose(x), x[layout.displacement])
     state = evaluator.evaluate(x)
-    found = grasp.violations
-    assert max(0.0, -state.loads.friction.min()) == pytest.approx(found["load_friction_n"], abs=1e-5)
-    normal = max(found["load_min_normal_n"], found["load_max_normal_n"])
+    found = {name: violation.value for name, violation in grasp.violations.items()}
+    assert max(0.0, -state.loads.friction.min()) == pytest.approx(found["load_friction"], abs=1e-5)
+    normal = max(found["load_min_normal"], found["load_max_normal"])
     assert max(0.0, -state.loads.normal.min()) == pytest.approx(normal, abs=1e-6)
-    assert max(0.0, -state.loads.torque.min()) == pytest.approx(found["load_torque_nm"], abs=1e-6)
+    assert max(0.0, -state.loads.torque.min()) == pytest.approx(found["load_torque"], abs=1e-6)
 
 
 def test_the_passive_answer_balances_the_disturbance_and_minimises_elastic_energy(planned, rng):
@@ -101,7 +101,9 @@ def test_the_hull_of_the_directions_contains_what_it_says():
 def test_the_paper_problem_has_no_load_cases(right):
     problem = gp.GraspProblem.paper(right, gp.Cylinder())
     assert not problem.loads.active
-    assert load_constraints(problem) == ()
+    of_loads = {term.name for term in REQUIREMENTS if term.name.startswith("load_")}
+    assert len(of_loads) == 5
+    assert not of_loads & {term.name for term in judged_requirements(problem)}
 
 
 def test_limits_come_from_the_hand(right):

@@ -7,8 +7,8 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.evaluation.state import FRICTION_SMOOTHING, StateEvaluator
 from grasp_planner.planning.program import GraspProgram
-from grasp_planner.terms.base import COSTS
-from grasp_planner.terms.clearance import problem_constraints
+from grasp_planner.terms.objective import problem_objective
+from grasp_planner.terms.registry import problem_constraints
 from tests.finite_differences import central_differences, relative_error
 
 OBJECTS = {
@@ -60,9 +60,9 @@ def check_all(problem, rng):
         assert analytic.shape == numeric.shape
         if numeric.size:
             assert relative_error(analytic, numeric) < 1e-6, term.name
-    for cost in COSTS:
-        numeric = central_differences(lambda y, c=cost: [c.value(evaluator.evaluate(y))], x, steps)
-        assert relative_error(cost.gradient(state), numeric) < 1e-6, cost.name
+    for cost in (each.cost for each in problem_objective(problem).terms):
+        numeric = central_differences(lambda y, c=cost: [c.value(problem, evaluator.evaluate(y))], x, steps)
+        assert relative_error(cost.gradient(problem, state), numeric) < 1e-6, cost.name
     numeric = central_differences(lambda y: evaluator.evaluate(y).forces.ravel(), x, steps)
     assert relative_error(state.d_forces, numeric) < 1e-6
 

@@ -49,7 +49,8 @@ def test_a_cylinder_too_large_for_the_hand_has_to_shrink(right):
     attempt = gp.plan_grasp(problem, options=FEW)
     assert not attempt.feasible
     diagnosis = gp.explain_infeasibility(attempt, time_limit_s=120.0, only=("size",))
-    assert diagnosis.binding in diagnosis.least_violated.failures()
+    assert diagnosis.least_violated.failures()[diagnosis.binding.name] == diagnosis.binding
+    assert diagnosis.binding.text in diagnosis.text.replace("stays violated by ", "")
     smaller = {change.parameter: change for change in diagnosis.changes}["size of the object (smaller)"]
     assert smaller.needed < 1.0
     assert smaller.grasp.problem.grasp_object.radius == pytest.approx(0.12 * smaller.needed)

@@ -9,6 +9,8 @@ from ..grasp.grasp import Grasp
 from ..planning.program import GraspProgram
 from ..problem.problem import GraspProblem
 from ..spatial import Array
+from ..terms.objective import problem_objective
+from ..terms.registry import stacked
 from .kkt import Evaluate, NlpPoint
 
 
@@ -49,16 +51,17 @@ class OptimalityProgram:
 
     def point_of(self, problem: GraspProblem, state: GraspState) -> NlpPoint:
         """Return the program at a state."""
-        model, scale, layout = problem.parameters, self.base.scale, self.layout
-        by_force, by_task = self.objective_scale * model.force_weight, self.objective_scale * model.task_weight
-        residuals = [term.scale * term.residual(problem, state) for term in self.terms]
-        jacobians = [term.scale * term.jacobian(problem, state) * scale for term in self.terms]
+        scale, layout = self.base.scale, self.layout
+        objective = problem_objective(problem).scaled(self.objective_scale)
+        # The equalities come first.
+        sides = ([term for term in self.terms if term.equality is equal] for equal in (True, False))
+        (zero, d_zero), (spare, d_spare) = (stacked(side, problem, state, lambda term: term.scale) for side in sides)
         q, picks = state.x[layout.joints], np.eye(layout.size)[layout.joints]
         unit = scale[layout.joints]
         return NlpPoint(
-            objective=by_force * state.force_norm + by_task * state.task_index,
-            gradient=(by_force * state.d_force_norm + by_task * state.d_task_index) * scale,
-            residuals=np.concatenate([*residuals, (q - problem.hand.lower) / unit, (problem.hand.upper - q) / unit]),
-            jacobian=np.vstack([*jacobians, picks, -picks]),
-            n_equalities=sum(len(value) for term, value in zip(self.terms, residuals, strict=True) if term.equality),
+            objective=objective.value(problem, state),
+            gradient=objective.gradient(problem, state) * scale,
+            residuals=np.concatenate([zero, spare, (q - problem.hand.lower) / unit, (problem.hand.upper - q) / unit]),
+            jacobian=np.vstack([d_zero * scale, d_spare * scale, picks, -picks]),
+            n_equalities=len(zero),
         )

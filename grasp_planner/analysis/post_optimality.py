@@ -40,7 +40,7 @@ class Sensitivity:
         value: Its value.
         d_force_norm: dF*/dp [N per unit].
         d_task_index: dC*/dp [per unit].
-        d_objective: dz*/dp, of z = w_F F + w_C C [per unit].
+        d_objective: dz*/dp, of the objective [per unit].
         d_joint_angles: dq*/dp [rad per unit], of shape (n_q,).
         d_palm: Change of the palm in O per unit, translation [m] and rotation vector [rad], of shape (6,).
         d_delta_sigma: dδσ*/dp [rad per unit], of shape (n_s,).
@@ -174,10 +174,10 @@ def _sensitivity(program: OptimalityProgram, found: KktPoint, names: list[str], 
     follows = change.mismatch <= FOLLOWS
     d_z = change.z + moved if follows else np.full(layout.size, np.nan)
     state, d_x = program.base.state(found.z), d_z * scale
-    d_force = float(d_costs[0] + state.d_force_norm @ d_x)
-    d_task = float(d_costs[1] + state.d_task_index @ d_x)
-    model = program.base.problem.parameters
-    d_objective = model.force_weight * d_force + model.task_weight * d_task
+    objective, problem = program.base.objective, program.base.problem
+    by_x = [each.cost.gradient(problem, state) @ d_x for each in objective.terms]
+    d_values = [float(fixed + moving) for fixed, moving in zip(d_costs, by_x, strict=True)]
+    d_force, d_task = d_values[:2]
     (down, ends_down), (up, ends_up) = CANNOT_FOLLOW
     if follows:
         rates = d_residuals + found.point.jacobian @ change.z
@@ -189,7 +189,7 @@ def _sensitivity(program: OptimalityProgram, found: KktPoint, names: list[str], 
         value=parameter.value,
         d_force_norm=d_force,
         d_task_index=d_task,
-        d_objective=d_objective,
+        d_objective=objective.total(d_values),
         d_joint_angles=_fixed(d_x[layout.joints]),
         d_palm=_fixed(d_x[layout.pose]),
         d_delta_sigma=_fixed(d_x[layout.displacement]),
@@ -211,14 +211,15 @@ def _fixed(values: Array) -> Array:
 def _by_parameter(
     program: OptimalityProgram, found: KktPoint, apply: Callable[[float], GraspProblem], step: float
 ) -> tuple[Array, Array, Array]:
-    """Return ∂/∂p at fixed x and λ of the Lagrangian's gradient, of the constraints and of (F, C)."""
+    """Return ∂/∂p at fixed x and λ of the Lagrangian's gradient, of the constraints and of all costs, F and C first."""
     sides = []
     for shift in (step, -step):
         problem = apply(shift)
         state = program.state(problem, found.z)
         point = program.point_of(problem, state)
         gradient = lagrangian_gradient(point, found.active, found.multipliers)
-        sides.append((gradient, point.residuals, np.array([state.force_norm, state.task_index])))
+        costs = [each.cost.value(problem, state) for each in program.base.objective.terms]
+        sides.append((gradient, point.residuals, np.array(costs)))
     up, down = sides
     first, second, third = ((a - b) / (2.0 * step) for a, b in zip(up, down, strict=True))
     return first, second, third

@@ -11,6 +11,7 @@ import pinocchio as pin
 from scipy.optimize import least_squares
 
 from ..grasp.grasp import Grasp
+from ..grasp.verdict import Violation
 from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.program import GraspProgram
@@ -58,8 +59,7 @@ class Diagnosis:
 
     Attributes:
         least_violated: The point of least scaled violation (least squares) found from the best attempt.
-        binding: The requirement violated most there, relative to its scale; empty if none is left.
-        violation: By how much, in the unit of its name.
+        binding: The requirement violated most there, relative to the scale of its unit; None if none is left.
         changes: Single changes that help, smallest relative change first.
         not_enough: Parameters for which no value within reach helped.
         not_tried: Parameters for which there was no time left.
@@ -67,8 +67,7 @@ class Diagnosis:
     """
 
     least_violated: Grasp
-    binding: str
-    violation: float
+    binding: Violation | None
     changes: tuple[Change, ...]
     not_enough: tuple[str, ...]
     not_tried: tuple[str, ...]
@@ -82,11 +81,12 @@ class Diagnosis:
     @property
     def text(self) -> str:
         """Some lines of plain words and numbers."""
-        if self.binding:
-            lines = [f"least violated point: {self.binding} stays violated by {self.violation:.3g}"]
-            others = {k: v for k, v in self.least_violated.failures().items() if k != self.binding}
+        if self.binding is not None:
+            name, amount = self.binding.name, self.binding.unit.text(self.binding.value)
+            lines = [f"least violated point: {name} stays violated by {amount}"]
+            others = [found.text for found in self.least_violated.failures().values() if found.name != name]
             if others:
-                lines.append("also violated there: " + ", ".join(f"{k} {v:.3g}" for k, v in others.items()))
+                lines.append("also violated there: " + ", ".join(others))
         else:
             lines = ["a point without violations exists, but no force-closed grasp was found from it"]
         if self.changes:
@@ -129,8 +129,7 @@ def explain_infeasibility(
     began = time.perf_counter()
     options = options or PlannerOptions(starts=5, enough=1, max_iterations=120)
     least = least_violated_point(attempt)
-    scaled = {name: value * _scale(name) for name, value in least.failures().items()}
-    binding = max(scaled, key=lambda name: scaled[name]) if scaled else ""
+    binding = max(least.failures().values(), key=lambda found: found.value * found.unit.scale, default=None)
 
     def stopped() -> bool:
         return (cancel is not None and cancel()) or time.perf_counter() - began > time_limit_s
@@ -150,7 +149,6 @@ def explain_infeasibility(
     return Diagnosis(
         least_violated=least,
         binding=binding,
-        violation=least.violations[binding] if binding else 0.0,
         changes=tuple(changes),
         not_enough=tuple(not_enough),
         not_tried=tuple(not_tried),
@@ -190,12 +188,6 @@ def least_violated_point(attempt: Grasp) -> Grasp:
         palm_pose=pin.SE3(program.evaluator.palm_pose(x)),
         delta_sigma=x[layout.displacement],
     )
-
-
-def _scale(violation_name: str) -> float:
-    """Return the factor that makes violations of different units comparable: 1 cm, 0.1 rad, 1 N, 0.1 N m."""
-    unit = violation_name.rpartition("_")[2]
-    return {"m": 100.0, "rad": 10.0, "n": 1.0, "nm": 10.0}.get(unit, 1.0)
 
 
 def _smallest_change(

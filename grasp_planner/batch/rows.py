@@ -73,7 +73,8 @@ _METRICS = {
     "starts_feasible": "int64",
     "worst_violation": "string",
     "worst_violation_value": "double",
-    "violations": "list<struct<name: string, value: double>>",
+    "worst_violation_unit": "string",
+    "violations": "list<struct<name: string, value: double, unit: string>>",
 }
 _GRASP = {
     "joint_names": "list<string>",
@@ -150,18 +151,18 @@ def add_grasp(values: Row, grasp: Grasp) -> None:
     for name in (*_METRICS, *_GRASP):
         if name in plain and name not in ("violations", "task"):
             values[name] = plain[name]
-    failures = grasp.failures()
-    worst = next(iter(failures), None)
-    violations = grasp.violations
-    largest = worst or max(violations, key=lambda name: violations[name])
+    violations = tuple(grasp.violations.values())
+    worst = next(iter(grasp.failures().values()), None)
+    largest = worst or max(violations, key=lambda found: found.value)
     values.update(
         status=record.status,
         feasible=record.feasible,
         message=record.message,
-        reason=None if record.feasible else worst or "not force-closed",
-        worst_violation=largest,
-        worst_violation_value=_finite(violations[largest]),
-        violations=[{"name": name, "value": _finite(value)} for name, value in violations.items()],
+        reason=None if record.feasible else worst.name if worst else "not force-closed",
+        worst_violation=largest.name,
+        worst_violation_value=_finite(largest.value),
+        worst_violation_unit=largest.unit.symbol,
+        violations=[{"name": v.name, "value": _finite(v.value), "unit": v.unit.symbol} for v in violations],
         palm_position=plain["palm_pose"]["position"],
         palm_quaternion_xyzw=plain["palm_pose"]["quaternion_xyzw"],
     )

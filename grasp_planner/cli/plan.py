@@ -13,6 +13,7 @@ from rich.table import Table
 
 from ..analysis.why_not import explain_infeasibility
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
+from ..judge.clearance_check import ClearanceKind
 from ..planning.planner import plan_grasp
 from ..records.grasp_record import grasp_json
 from .margins import margin_rows, new_table
@@ -129,12 +130,15 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
 
 def _clearance_text(grasp: Grasp) -> str:
     """Say what overlaps, and whether that was to be avoided."""
-    wanted = grasp.problem.clearance.requirements
+    kinds: tuple[tuple[ClearanceKind, str], ...] = (
+        ("link_object", "links overlap the object"),
+        ("self_collision", "links overlap links"),
+    )
     overlaps = []
-    for name, what in (("link_object_m", "links overlap the object"), ("self_collision_m", "links overlap links")):
-        if grasp.collisions[name] > FEASIBILITY_TOLERANCE:
-            note = "" if name in wanted else " (allowed)"
-            overlaps.append(f"{what} by {1e3 * grasp.collisions[name]:.1f} mm{note}")
+    for kind, what in kinds:
+        if (overlap := grasp.overlap(kind)) > FEASIBILITY_TOLERANCE:
+            note = "" if kind in grasp.violations else " (allowed)"
+            overlaps.append(f"{what} by {1e3 * overlap:.1f} mm{note}")
     return "; ".join(overlaps) or "no link overlaps the object or another link"
 
 
@@ -190,8 +194,10 @@ def _joint_table(grasp: Grasp) -> Table:
 
 def _violation_table(grasp: Grasp) -> Table:
     """Return the table of violations."""
-    table = new_table(f"violations, recomputed; feasible up to {FEASIBILITY_TOLERANCE:g}", ("requirement", "violation"))
+    title = f"violations, recomputed; feasible up to {FEASIBILITY_TOLERANCE:g}"
+    table = new_table(title, ("requirement", "violation", "unit"))
     failed = grasp.failures()
-    for name, value in grasp.violations.items():
-        table.add_row(name, f"[red]{value:.3g}[/]" if name in failed else f"{value:.3g}")
+    for name, found in grasp.violations.items():
+        value = f"{found.value:.3g}"
+        table.add_row(name, f"[red]{value}[/]" if name in failed else value, found.unit.symbol)
     return table

@@ -15,7 +15,7 @@ class IterationRecord:
         start: Number of the start, from 0.
         phase: ``one`` (feasibility) or ``two`` (the full problem).
         iteration: Number within the phase, from 1.
-        objective: z = w_F F + w_C C.
+        objective: z = w_F F + w_C C, with the user's own costs.
         force_norm: F [N].
         task_index: C.
         violations: Largest violation of every constraint, in its unit.

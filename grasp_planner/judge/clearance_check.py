@@ -1,7 +1,7 @@
 """The independent check of clearances: exact distances by coal between the hand's geometry, the object and the ground.
 
 Nothing here is shared with the search's own form in :mod:`grasp_planner.evaluation.clearance` but coal's accuracy
-settings.
+settings and which inner links touch with their sides.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..collision.coal_distances import signed_distance
+from ..collision.link_shapes import inner_axes, link_shapes
 from ..problem.problem import GraspProblem
 from ..spatial import Array
 
@@ -140,6 +141,27 @@ def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, norma
         if length > 1e-6:
             worst = max(worst, -float(normal @ (turn @ axis)) / length)
     return worst
+
+
+def side_tilt(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, normals: Array) -> float:
+    """Return the largest |n·a| of the inner links that touch with their sides; 0 if none does.
+
+    Args:
+        problem: Hand and contact set.
+        q: Independent joint angles [rad], of shape (n_q,).
+        palm_in_object: Pose of the palm frame in O.
+        normals: Contact normals into the object, in O, of shape (n_c, 3).
+
+    Returns:
+        The tilt out of the object's tangent plane, dimensionless.
+    """
+    hand = problem.hand
+    data = hand.model.createData()
+    pin.forwardKinematics(hand.model, data, hand.full_configuration(np.asarray(q)))
+    root = palm_in_object * hand.palm_in_root.inverse()
+    sides = inner_axes(hand, link_shapes(hand), problem.frames)
+    tilts = [abs(float(normals[i] @ ((root * data.oMi[joint]).rotation @ axis))) for i, joint, axis in sides]
+    return max(tilts, default=0.0)
 
 
 def _counted(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Iterator[Clearance]:

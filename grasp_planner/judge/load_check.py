@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..model.compliance import series_stiffness, weighted_right_inverse
-from ..model.friction import force_norm, friction_margins, normal_forces
+from ..model.friction import friction_margins, normal_forces
 from ..problem.problem import GraspProblem
 from ..spatial import Array
 
@@ -50,10 +52,25 @@ def case_forces(forces: Array, response: Array, cases: Array) -> Array:
     return forces - (cases @ response.T).reshape(len(cases), -1, 3)
 
 
-def load_violations(
-    problem: GraspProblem, forces: Array, normals: Array, jacobian: Array, grasp: Array
-) -> dict[str, float]:
-    """Return the largest violation over all load cases of each limit asked for, in the unit at the end of its name.
+@dataclass(frozen=True)
+class LoadCheck:
+    """What the worst of all load cases makes of a grasp.
+
+    Attributes:
+        friction: Least μ/s f_n − |f_t| of any contact [N].
+        least_normal: Least normal force of any contact [N].
+        largest_normal: Largest normal force of any contact [N].
+        torque: Most by which a joint torque exceeds its limit, negative where all are within [N m].
+    """
+
+    friction: float
+    least_normal: float
+    largest_normal: float
+    torque: float
+
+
+def check_loads(problem: GraspProblem, forces: Array, normals: Array, jacobian: Array, grasp: Array) -> LoadCheck:
+    """Return what the load cases of a problem make of a grasp.
 
     Args:
         problem: The problem.
@@ -63,11 +80,9 @@ def load_violations(
         grasp: G, of shape (6, 3 n_c).
 
     Returns:
-        Violations by name; empty without load cases.
+        The worst of all cases, the undisturbed grasp among them.
     """
     loads, mass = problem.loads, problem.grasp_object.mass
-    if not loads.active:
-        return {}
     response: Array = np.zeros((forces.size, 6))
     if loads.disturbed:
         response = response_matrix(problem, grasp, jacobian)
@@ -77,16 +92,10 @@ def load_violations(
     cones = [friction_margins(f, normals, friction).min() for f in case_forces(forces, response, loads.cases(mass))]
     rows = np.einsum("ij,ijk->ik", normals, response.reshape(len(normals), 3, -1))
     low, high = _extremes(problem, normal_forces(forces, normals), rows)
-    found = {
-        "load_friction_n": -min(cones),
-        "load_min_normal_n": loads.min_normal_force - low.min(),
-        "load_max_normal_n": high.max() - problem.max_normal_force,
-    }
+    least, largest = float(low.min()), float(high.max())
     low, high = _extremes(problem, jacobian.T @ forces.ravel(), jacobian.T @ response)
-    found["load_torque_nm"] = (np.maximum(high, -low) - problem.torque_limits).max()
-    if loads.max_force_norm is not None:
-        found["load_force_norm_n"] = force_norm(forces, normals) - loads.max_force_norm
-    return {name: float(max(0.0, value)) for name, value in found.items()}
+    excess = float((np.maximum(high, -low) - problem.torque_limits).max())
+    return LoadCheck(friction=float(min(cones)), least_normal=least, largest_normal=largest, torque=excess)
 
 
 def _extremes(problem: GraspProblem, nominal: Array, rows: Array) -> tuple[Array, Array]:

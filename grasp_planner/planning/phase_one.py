@@ -6,24 +6,19 @@ internal forces, then everything. Also the last polish of a solution that is fea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 from scipy.optimize import nnls
 
 from ..evaluation.state import GraspState
+from ..problem.term import Constraint, Unit
 from ..spatial import Array, skew
-from ..terms.base import Constraint
+from ..terms.registry import stacked
 from .least_squares import restore_feasibility
 from .program import GraspProgram
 
-WEIGHTS = {"m": 1000.0, "rad": 30.0, "N": 1.0, "N m": 10.0, "1": 3.0}
-"""Weights of violations by unit: millimetres, newtons and a few degrees count alike."""
-MARGINS = {"m": 1e-4, "rad": 1e-3, "N": 0.05, "N m": 1e-3, "1": 0.02}
-"""How far inside inequalities phase one ends, by unit."""
-POLISH_MARGINS = {"m": 1e-8, "rad": 1e-8, "N": 1e-6, "N m": 1e-8, "1": 1e-8}
-"""How far inside inequalities the polish ends, by unit."""
 OPPOSITION_WEIGHT = 3.0
 """Weight of the balance of contact normals."""
 SYNERGY_WEIGHT = 10.0
@@ -36,6 +31,22 @@ GEOMETRY_EVALUATIONS, ALL_EVALUATIONS, POLISH_EVALUATIONS = 40, 100, 25
 
 ResidualAndJacobian = Callable[[Array], tuple[Array, Array]]
 Stage = Literal["geometry", "all", "polish"]
+Margin = Callable[[Unit], float]
+
+
+def no_margin(unit: Unit) -> float:
+    """Return the margin of equalities: none."""
+    return 0.0
+
+
+def wide_margin(unit: Unit) -> float:
+    """Return how far inside inequalities phase one ends."""
+    return unit.margin
+
+
+def polish_margin(unit: Unit) -> float:
+    """Return how far inside inequalities the polish ends."""
+    return unit.polish_margin
 
 
 def reach_feasibility(program: GraspProgram, z: Array, check: Callable[[], None]) -> Array:
@@ -101,13 +112,13 @@ def opposition(state: GraspState, length: float) -> tuple[Array, Array]:
 
 def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, check: Callable[[], None]) -> Array:
     """Run one stage."""
-    margins = POLISH_MARGINS if stage == "polish" else MARGINS
+    margin = polish_margin if stage == "polish" else wide_margin
     terms = [term for term in program.constraints if stage != "geometry" or term.geometric]
     length = program.problem.grasp_object.length_scale
 
     def equality(z: Array) -> tuple[Array, Array]:
         check()
-        value, slope = weighted_residuals(program, z, [term for term in terms if term.equality], {})
+        value, slope = weighted_residuals(program, z, [term for term in terms if term.equality], no_margin)
         if stage != "geometry":
             return value, slope
         state = program.state(z)
@@ -118,7 +129,7 @@ def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, ch
         return value, np.vstack([slope, rows * program.scale])
 
     def inequality(z: Array) -> tuple[Array, Array]:
-        return weighted_residuals(program, z, [term for term in terms if not term.equality], margins)
+        return weighted_residuals(program, z, [term for term in terms if not term.equality], margin)
 
     lower, upper = program.bounds()
     return restore_feasibility(
@@ -133,25 +144,22 @@ def _restore(program: GraspProgram, z: Array, stage: Stage, evaluations: int, ch
     )
 
 
-def weighted_residuals(
-    program: GraspProgram, z: Array, terms: list[Constraint], margins: Mapping[str, float]
-) -> tuple[Array, Array]:
+def weighted_residuals(program: GraspProgram, z: Array, terms: list[Constraint], margin: Margin) -> tuple[Array, Array]:
     """Return residuals of terms less margins, weighted by their units, and their Jacobian.
 
     Args:
         program: The program.
         z: Scaled variables, of shape (n,).
         terms: The terms.
-        margins: What is taken off the residuals, by unit.
+        margin: What is taken off the residuals, by unit.
 
     Returns:
         Residuals of shape (m,) and their derivatives by z, of shape (m, n); not finite far from any grasp, which
         least squares answers with a shorter step.
     """
-    if not terms:
-        return np.zeros(0), np.zeros((0, z.size))
-    state, problem = program.state(z), program.problem
-    pairs = [(WEIGHTS[term.unit], term) for term in terms]
+    state = program.state(z)
     with np.errstate(over="ignore", invalid="ignore"):
-        value = np.concatenate([w * (term.residual(problem, state) - margins.get(term.unit, 0.0)) for w, term in pairs])
-        return value, np.vstack([w * term.jacobian(problem, state) for w, term in pairs]) * program.scale
+        value, slope = stacked(
+            terms, program.problem, state, lambda term: term.unit.weight, lambda term: margin(term.unit)
+        )
+        return value, slope * program.scale

@@ -138,6 +138,7 @@ class _Search:
         """Return an attempt that stands at a start."""
         program = GraspProgram(self.problem, start.palm_pose)
         z = program.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
+        program.check_own_terms(z)
         return _Attempt(index, program, z, start.prepared)
 
     def _try_start(self, index: int, start: GraspStart) -> None:
@@ -242,7 +243,7 @@ class _Search:
 
     def _record(self, attempt: _Attempt, phase: Phase) -> IterationRecord:
         """Return the record of the iteration that ended at the attempt's point."""
-        program, parameters = attempt.program, self.problem.parameters
+        program = attempt.program
         state = program.state(attempt.z)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = state.geometry.rotation, state.geometry.translation
@@ -250,7 +251,7 @@ class _Search:
             start=attempt.index,
             phase=phase,
             iteration=attempt.iterations[phase],
-            objective=parameters.force_weight * state.force_norm + parameters.task_weight * state.task_index,
+            objective=program.objective.value(self.problem, state),
             force_norm=state.force_norm,
             task_index=state.task_index,
             violations=program.violations(attempt.z),

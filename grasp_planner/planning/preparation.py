@@ -16,9 +16,10 @@ import numpy as np
 
 from ..evaluation.state import GraspState
 from ..problem.problem import GraspProblem
+from ..problem.term import RADIAN
 from ..spatial import Array
 from .least_squares import restore_feasibility
-from .phase_one import MARGINS, squeezed, weighted_residuals
+from .phase_one import no_margin, squeezed, weighted_residuals, wide_margin
 from .program import JOINT_SCALE, GraspProgram
 from .starts import GraspStart, random_start, standard_start
 
@@ -40,8 +41,6 @@ CONE_WEIGHT = 15.0
 """Weight of what is missing of it; against 1 for a millimetre of gap."""
 TOTAL_FORCE, TOTAL_WEIGHT = 6.0, 0.3
 """Sum of normal forces to start from [N], and its weight [1/N]."""
-LIMIT_WEIGHT = 30.0
-"""Weight of joint angles beyond their limits [1/rad]."""
 FORCE_FLOOR = 0.1
 """Added under the root of |f|, so that its direction exists without load [N]."""
 EVALUATIONS = 60
@@ -204,7 +203,9 @@ class _SynergyMotion:
         """Return the gaps and the sum of normal forces less its target, weighted, and their derivatives."""
         z = self._z(y)
         state = self.program.state(z)
-        gaps, d_gaps = weighted_residuals(self.program, z, [term for term in self._geometric if term.equality], {})
+        gaps, d_gaps = weighted_residuals(
+            self.program, z, [term for term in self._geometric if term.equality], no_margin
+        )
         total = TOTAL_WEIGHT * (state.normal_forces.sum() - TOTAL_FORCE)
         d_total = TOTAL_WEIGHT * state.d_normal_forces.sum(axis=0) * self.program.scale
         return np.append(gaps, total), np.vstack([d_gaps, d_total]) @ self._slope
@@ -215,12 +216,12 @@ class _SynergyMotion:
         state, hand, layout = self.program.state(z), self.problem.hand, self.program.evaluator.layout
         cones, d_cones = _cone_shares(state)
         terms = [term for term in self._geometric if not term.equality]
-        kept, d_kept = weighted_residuals(self.program, z, terms, MARGINS)
+        kept, d_kept = weighted_residuals(self.program, z, terms, wide_margin)
         q = state.x[layout.joints]
-        d_q = LIMIT_WEIGHT * np.eye(layout.size)[layout.joints] * self.program.scale
-        value = np.concatenate([CONE_WEIGHT * (cones - CONE_TARGET), kept, LIMIT_WEIGHT * (q - hand.lower)])
+        d_q = RADIAN.weight * np.eye(layout.size)[layout.joints] * self.program.scale
+        value = np.concatenate([CONE_WEIGHT * (cones - CONE_TARGET), kept, RADIAN.weight * (q - hand.lower)])
         slope = np.vstack([CONE_WEIGHT * d_cones * self.program.scale, d_kept, d_q])
-        return np.append(value, LIMIT_WEIGHT * (hand.upper - q)), np.vstack([slope, -d_q]) @ self._slope
+        return np.append(value, RADIAN.weight * (hand.upper - q)), np.vstack([slope, -d_q]) @ self._slope
 
     def _z(self, y: Array) -> Array:
         """Return the scaled variables of the planner at y."""

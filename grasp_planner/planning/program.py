@@ -9,9 +9,11 @@ import pinocchio as pin
 
 from ..evaluation.state import GraspState, StateEvaluator
 from ..problem.problem import GraspProblem
+from ..problem.term import Constraint
 from ..spatial import Array
-from ..terms.base import Constraint
-from ..terms.clearance import problem_constraints
+from ..terms.costs import ForceNorm
+from ..terms.objective import Objective, problem_objective
+from ..terms.registry import check_shapes, problem_constraints, stacked
 from .nlp import NonlinearProgram
 
 JOINT_SCALE = 0.3
@@ -26,8 +28,6 @@ TRANSLATION_REACH = 0.2
 """How far the palm may move from its start in one solve, per axis [m]."""
 ROTATION_REACH = 2.0
 """How far the palm may turn from its start in one solve, per axis [rad]."""
-TYPICAL_FORCE = 5.0
-"""Force that sets the scale of F in the objective [N]."""
 PHASE_ONE_FORCE_WEIGHT = 0.1
 """Weight of F [1/N] while phase one looks for feasibility."""
 
@@ -42,6 +42,7 @@ class GraspProgram:
         evaluator: Evaluates states.
         scale: x = scale · z, of shape (n_x,).
         constraints: The constraints of the problem.
+        objective: Its objective.
         evaluations: States evaluated so far.
     """
 
@@ -53,6 +54,7 @@ class GraspProgram:
         self._key: bytes | None = None
         self._state: GraspState | None = None
         self.constraints = problem_constraints(problem)
+        self.objective = problem_objective(problem)
         self._equalities = [term for term in self.constraints if term.equality]
         self._inequalities = [term for term in self.constraints if not term.equality]
 
@@ -68,33 +70,37 @@ class GraspProgram:
         """Return scaled variables of a posture [rad], a palm pose in O and synergy displacements [rad]."""
         return self.evaluator.pack(q, pose, delta_sigma) / self.scale
 
+    def check_own_terms(self, z: Array) -> None:
+        """Check, where the problem has own terms of the user's, that they give arrays of the right shape.
+
+        Raises:
+            InvalidValueError: If one does not.
+        """
+        if self.problem.costs or self.problem.constraints:
+            check_shapes(self.problem, self.state(z))
+
     def objective_scale(self, z: Array) -> float:
         """Return the factor that makes the objective of phase two of order one, from the state at a start."""
-        parameters = self.problem.parameters
-        typical = parameters.force_weight * TYPICAL_FORCE
-        typical += parameters.task_weight * 0.1 * self.state(z).task_index
+        typical = self.objective.typical(self.problem, self.state(z))
         return 1.0 / max(typical, 1e-300)
 
     def build(self, phase: Phase, objective_scale: float = 1.0) -> NonlinearProgram:
         """Return the program of a phase.
 
         Args:
-            phase: ``one`` minimises F alone, to reach feasibility; ``two`` minimises z = w_F F + w_C C (29).
-            objective_scale: Factor of z in phase two.
+            phase: ``one`` minimises F alone, to reach feasibility; ``two`` minimises the objective (29).
+            objective_scale: Factor of the objective in phase two.
 
         Returns:
             The program in scaled variables.
         """
-        parameters = self.problem.parameters
-        by_force, by_task = PHASE_ONE_FORCE_WEIGHT, 0.0
-        if phase == "two":
-            by_force = objective_scale * parameters.force_weight
-            by_task = objective_scale * parameters.task_weight
+        sought = self.objective.scaled(objective_scale)
+        if phase == "one":
+            sought = Objective((ForceNorm().weighted(PHASE_ONE_FORCE_WEIGHT),))
 
         def objective(z: Array) -> tuple[float, Array]:
             state = self.state(z)
-            gradient = by_force * state.d_force_norm + by_task * state.d_task_index
-            return by_force * state.force_norm + by_task * state.task_index, gradient * self.scale
+            return sought.value(self.problem, state), sought.gradient(self.problem, state) * self.scale
 
         lower, upper = self.bounds()
         return NonlinearProgram(
@@ -108,7 +114,7 @@ class GraspProgram:
     def violations(self, z: Array) -> dict[str, float]:
         """Return the largest violation of every constraint, in its unit."""
         state = self.state(z)
-        return {term.name: term.violation(self.problem, state) for term in self.constraints}
+        return {term.name: term.shortfall(self.problem, state) for term in self.constraints}
 
     def merit(self, z: Array) -> float:
         """Return the largest scaled violation: how far from feasible a point is."""
@@ -117,9 +123,7 @@ class GraspProgram:
 
     def _stack(self, terms: list[Constraint], z: Array) -> tuple[Array, Array]:
         """Return scaled residuals and Jacobian of some terms."""
-        state = self.state(z)
-        residual = np.concatenate([term.scale * term.residual(self.problem, state) for term in terms])
-        jacobian = np.vstack([term.scale * term.jacobian(self.problem, state) for term in terms])
+        residual, jacobian = stacked(terms, self.problem, self.state(z), lambda term: term.scale)
         return residual, jacobian * self.scale
 
     def _variable_scale(self) -> Array:

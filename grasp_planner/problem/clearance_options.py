@@ -57,16 +57,3 @@ class ClearanceOptions:
     def needs_geometry(self) -> bool:
         """Whether anything beyond the abduction order is asked for."""
         return self.link_object != "off" or self.self_collision or self.tip_patch or self.ground is not None
-
-    @property
-    def requirements(self) -> tuple[str, ...]:
-        """Names of the violations that count, as in ``Grasp.collisions``."""
-        wanted = (
-            (self.link_object == "geometry", "link_object_m"),
-            (self.link_object == "joint_centres", "joint_centre_m"),
-            (self.self_collision, "self_collision_m"),
-            (self.ground is not None, "ground_m"),
-            (self.tip_patch, "tip_patch"),
-            (self.remark1, "abduction_order_rad"),
-        )
-        return tuple(name for on, name in wanted if on)

@@ -22,6 +22,7 @@ from .clearance_options import ClearanceOptions
 from .load_cases import LoadCases
 from .parameters import GraspParameters
 from .size_check import ObjectSizeWarning, size_warning
+from .term import Cost, Requirement, Weighted, own_constraints, own_costs
 
 PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 8, 3
 """Number of synergies if none is given: with links that keep clear and load cases few rarely suffice."""
@@ -43,6 +44,8 @@ class GraspProblem:
         clearance: What has to keep clear of what: by default links of the object and of each other, with Remark 1.
         contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
         loads: Disturbances and limits to withstand: by default a push of 1 N from any side, in cones of μ/1.2.
+        costs: The user's own costs beside w_F F + w_C C, such as ``MyCost().weighted(0.1)``.
+        constraints: The user's own constraints beside those that follow from the other fields.
 
     :meth:`paper` makes the paper's plain problem instead.
 
@@ -60,9 +63,13 @@ class GraspProblem:
     clearance: ClearanceOptions = field(default_factory=ClearanceOptions)
     contacts: tuple[str, ...] | None = None
     loads: LoadCases = field(default_factory=LoadCases)
+    costs: tuple[Cost | Weighted, ...] = ()
+    constraints: tuple[Requirement, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", tuple(self.tasks))
+        object.__setattr__(self, "costs", own_costs(self.costs))
+        object.__setattr__(self, "constraints", own_constraints(self.constraints))
         if self.contacts is not None:
             chosen = tuple(self.contacts)
             everything = len(chosen) == len(self.hand.contact_frames(self.contact_set)) == len(set(chosen))

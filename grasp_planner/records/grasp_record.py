@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
 from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
+from ..problem.term import Cost, Requirement, Weighted
 from ..spatial import readonly
 from .layout import (
     ClearanceOptionsRecord,
@@ -29,9 +31,9 @@ from .layout import (
     ParameterRecord,
     PoseRecord,
     TaskRecord,
-    ViolationRecord,
 )
 from .parts import clearance_records, finite_or_none, margins_record, stability_record
+from .terms import cost_records, own_terms_of, own_terms_record, violation_records
 
 MAX_RECORD_BYTES = 5_000_000
 """Largest grasp file that is read."""
@@ -92,7 +94,9 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         contacts=_contact_records(grasp),
         external_wrench=problem.external_wrench.tolist(),
         parameters=_parameter_record(problem),
-        violations=ViolationRecord(**grasp.violations),
+        violations=violation_records(grasp),
+        costs=cost_records(grasp),
+        own_terms=own_terms_record(problem),
         clearances=clearance_records(grasp),
         margins=margins_record(grasp.margins),
         stability=stability_record(grasp.stability),
@@ -196,18 +200,27 @@ def parse_grasp_record(content: bytes, source: Path | str) -> GraspRecord:
         raise FileFormatError(source, f"key {key!r}: {first['msg']}") from None
 
 
-def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
+def grasp_from_record(
+    record: GraspRecord,
+    hand: Hand | None = None,
+    *,
+    costs: Iterable[Cost | Weighted] = (),
+    constraints: Iterable[Requirement] = (),
+) -> Grasp:
     """Return the grasp of a record; every derived number is computed anew.
 
     Args:
         record: The record.
         hand: The hand it is for; loaded by its name if left out.
+        costs: The user's own costs that it names; their weights are the record's.
+        constraints: The user's own constraints that it names.
 
     Returns:
         The grasp, without the history of its search.
 
     Raises:
-        GraspPlannerError: If the hand, object, task or a parameter does not exist or is out of range.
+        GraspPlannerError: If the hand, object, task or a parameter does not exist or is out of range, or an own term
+            is missing.
     """
     hand = hand or load_hand(record.hand)
     given = record.parameters
@@ -221,6 +234,7 @@ def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
         gravity=readonly(given.gravity),
         torque_model=given.torque_model,
     )
+    weighted, required = own_terms_of(record, costs, constraints)
     problem = GraspProblem(
         hand=hand,
         grasp_object=parse_object(record.object),
@@ -232,6 +246,8 @@ def grasp_from_record(record: GraspRecord, hand: Hand | None = None) -> Grasp:
         clearance=ClearanceOptions(**given.clearance.model_dump()),
         contacts=tuple(contact.name for contact in record.contacts),
         loads=LoadCases(**given.loads.model_dump()),
+        costs=weighted,
+        constraints=required,
     )
     rotation = pin.Quaternion(readonly(record.palm_pose.quaternion_xyzw)).normalized().matrix()
     report = SearchReport(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from ..problem.clearance_options import ClearanceOptions, LinkObjectMode
 from ..problem.load_cases import LoadCases
+from .old_violations import current_violations
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Optional = Number | None
@@ -142,26 +143,25 @@ class StabilityRecord(Record):
 
 
 class ViolationRecord(Record):
-    """Largest violation of every requirement; those of clearance and of load cases only where asked for."""
+    """By how much one requirement is violated."""
 
-    surface_m: Number
-    region_m: Number
-    friction_n: Number
-    joint_limit_rad: Number
-    compliance_rad: Number
-    equilibrium_n: Number
-    equilibrium_nm: Number
-    link_object_m: Optional = None
-    joint_centre_m: Optional = None
-    self_collision_m: Optional = None
-    ground_m: Optional = None
-    tip_patch: Optional = None
-    abduction_order_rad: Optional = None
-    load_friction_n: Optional = None
-    load_min_normal_n: Optional = None
-    load_max_normal_n: Optional = None
-    load_torque_nm: Optional = None
-    load_force_norm_n: Optional = None
+    value: Optional = Field(description="0 if it is met; null where infinite")
+    unit: str = Field(description="1 for none")
+
+
+class CostRecord(Record):
+    """One cost of the objective."""
+
+    value: Optional = Field(description="null where infinite")
+    unit: str = Field(description="1 for none, and where it follows from the tasks")
+    weight: Number = Field(description="in the objective, per unit")
+
+
+class OwnTermsRecord(Record):
+    """Names of the user's own terms; to read the grasp back, they are passed in again."""
+
+    costs: list[str] = Field(default=[], description="keys of costs, whose weights are read from there")
+    constraints: list[str] = Field(default=[], description="those that count are keys of violations")
 
 
 class GraspRecord(Record):
@@ -184,7 +184,7 @@ class GraspRecord(Record):
     starts_feasible: int = Field(ge=0)
     time_s: Number
     seed: int
-    objective: Number = Field(description="w_F F + w_C C")
+    objective: Number = Field(description="the weighted sum of costs: w_F F + w_C C and the user's own")
     force_norm: Number = Field(description="F, N")
     force_norm_floor: Optional = Field(description="least F at these contacts, N; null if there is none")
     task_index: Number = Field(description="C")
@@ -201,7 +201,15 @@ class GraspRecord(Record):
     contacts: list[ContactRecord] = Field(min_length=3)
     external_wrench: Vector6 = Field(description="on the object in O; N, N m")
     parameters: ParameterRecord
-    violations: ViolationRecord
+    violations: dict[str, ViolationRecord] = Field(description="of every requirement of the problem, by its name")
+    costs: dict[str, CostRecord] = Field(default={}, description="by name; empty in files written before")
+    own_terms: OwnTermsRecord = Field(default_factory=OwnTermsRecord)
     clearances: list[ClearanceRecord] = Field(default=[], description="the closest pair of every kind")
     margins: MarginsRecord | None = Field(default=None, description="null in files written before margins")
     stability: StabilityRecord | None = Field(default=None, description="null in files written before stability")
+
+    @field_validator("violations", mode="before")
+    @classmethod
+    def _from_old_names(cls, given: Any) -> Any:
+        """Read the names of older files."""
+        return current_violations(given)

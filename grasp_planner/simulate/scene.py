@@ -92,7 +92,7 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
         notes.append("point fingertips: their links overlap the object as planned and do not touch it")
     if protocol.geometry == "contacts":
         notes.append("only the fingertips collide")
-    off = grasp.violations["compliance_rad"]
+    off = grasp.violations["compliance"].value
     if off > COMPLIANCE_NOTE:
         notes.append(f"the synergies can't give these forces exactly: joints off by up to {off:.2g} rad")
     xml = ElementTree.tostring(root, encoding="unicode")

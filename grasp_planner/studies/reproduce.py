@@ -59,7 +59,7 @@ class CellResult:
             "starts_tried": search.starts_tried,
             "starts_feasible": search.starts_feasible,
             "time_s": search.time_s,
-            "max_violation": max(grasp.violations.values()),
+            "max_violation": grasp.max_violation,
             "synergy_set": grasp.problem.synergies.name,
             "paper": {
                 "force_norm": self.cell.force_norm,

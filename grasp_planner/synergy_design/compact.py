@@ -19,12 +19,13 @@ from threadpoolctl import threadpool_limits
 
 from ..evaluation.state import GraspState
 from ..grasp.grasp import Grasp
+from ..judge.posed_grasp import PosedGrasp
 from ..planning.nlp import solve_nlp
 from ..planning.program import JOINT_SCALE, GraspProgram, displacement_step
 from ..problem.problem import GraspProblem
+from ..problem.term import Cost
 from ..spatial import Array
 from ..synergies.space import SynergySpace
-from ..terms.base import Cost
 
 DISPLACEMENT_WEIGHT = 0.3
 """What the squeezing displacement S δσ counts against the reference posture, both in their typical sizes."""
@@ -100,25 +101,33 @@ def scatter_of(grasps: Sequence[FreeGrasp], displacement_scale: float) -> Scatte
 
 
 class SpanDistance(Cost):
-    """((q_r − q̄)ᵀ M (q_r − q̄) + w dᵀ M d)/n_q + w_F F with d the scaled S δσ; for a hand whose S is the identity."""
+    """((q_r − q̄)ᵀ M (q_r − q̄) + w dᵀ M d)/n_q with d the scaled S δσ; for a hand whose S is the identity."""
 
     name = "span_distance"
 
     def __init__(self, mean: Array, metric: Array, displacement_scale: float) -> None:
         self.mean, self.metric, self.displacement_scale = mean, metric, displacement_scale
 
-    def value(self, state: GraspState) -> float:
+    def value(self, problem: GraspProblem, state: GraspState) -> float:
         """Return the distance."""
-        away, moved = state.reference - self.mean, self.displacement_scale * state.delta_sigma
-        squares = away @ self.metric @ away + DISPLACEMENT_WEIGHT * moved @ self.metric @ moved
-        return float(squares / len(away) + FORCE_WEIGHT * state.force_norm)
+        return self._distance(state.reference, state.delta_sigma)
 
-    def gradient(self, state: GraspState) -> Array:
+    def gradient(self, problem: GraspProblem, state: GraspState) -> Array:
         """Return its gradient by x."""
         away, moved = state.reference - self.mean, self.displacement_scale * state.delta_sigma
         slope = 2.0 * (self.metric @ away) @ state.d_reference
         slope[-len(moved) :] += 2.0 * DISPLACEMENT_WEIGHT * self.displacement_scale * (self.metric @ moved)
-        return slope / len(away) + FORCE_WEIGHT * state.d_force_norm
+        return slope / len(away)
+
+    def clear_value(self, grasp: PosedGrasp) -> float:
+        """Return the distance of a grasp that meets its synergies."""
+        return self._distance(grasp.reference_joint_angles, grasp.delta_sigma)
+
+    def _distance(self, reference: Array, delta_sigma: Array) -> float:
+        """Return the distance of q_r and δσ."""
+        away, moved = reference - self.mean, self.displacement_scale * delta_sigma
+        squares = away @ self.metric @ away + DISPLACEMENT_WEIGHT * moved @ self.metric @ moved
+        return float(squares / len(away))
 
 
 def fully_actuated_problem(problem: GraspProblem) -> GraspProblem:
@@ -145,23 +154,22 @@ def moved_closer(problem: GraspProblem, grasp: FreeGrasp, scatter: Scatter, epsi
     Returns:
         The moved grasp; where the solver left the constraints, the grasp as it was. Either with its distance.
     """
-    problem = fully_actuated_problem(problem)
-    cost = SpanDistance(scatter.mean, scatter.metric(epsilon), displacement_scale(problem))
-    program = GraspProgram(problem, pin.SE3(grasp.palm_pose))
+    free = fully_actuated_problem(problem)
+    cost = SpanDistance(scatter.mean, scatter.metric(epsilon), displacement_scale(free))
+    weights = replace(free.parameters, force_weight=FORCE_WEIGHT, task_weight=0.0)
+    program = GraspProgram(replace(free, parameters=weights, costs=(cost,)), pin.SE3(grasp.palm_pose))
     start = program.pack(grasp.joint_angles, pin.SE3(grasp.palm_pose), grasp.displacement)
 
-    def objective(z: Array) -> tuple[float, Array]:
-        state = program.state(z)
-        return cost.value(state), cost.gradient(state) * program.scale
+    def distance(z: Array) -> float:
+        return program.objective.value(program.problem, program.state(z))
 
-    nlp = replace(program.build("two"), objective=objective)
     with threadpool_limits(limits=1):
-        z = solve_nlp(nlp, start, max_iterations=MAX_ITERATIONS, tolerance=TOLERANCE).z
+        z = solve_nlp(program.build("two"), start, max_iterations=MAX_ITERATIONS, tolerance=TOLERANCE).z
     if not np.isfinite(z).all() or program.merit(z) > CLOSE_ENOUGH:
-        return replace(grasp, distance=cost.value(program.state(start)))
+        return replace(grasp, distance=distance(start))
     state, layout = program.state(z), program.evaluator.layout
     pose = program.evaluator.palm_pose(state.x).homogeneous
-    return FreeGrasp(state.x[layout.joints], pose, state.delta_sigma, state.reference, cost.value(state))
+    return FreeGrasp(state.x[layout.joints], pose, state.delta_sigma, state.reference, distance(z))
 
 
 def spanning_synergies(joint_names: Sequence[str], scatter: Scatter, others: Array, least: float) -> SynergySpace:

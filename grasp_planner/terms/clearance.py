@@ -1,18 +1,18 @@
-"""The constraints that keep bodies apart and fingers in order, and the list of those that a problem asks for."""
+"""Bodies keep apart, and fingers touch with the right part of their links."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 
-import numpy as np
-
 from ..collision.link_shapes import inner_axes, link_shapes
 from ..evaluation.clearance import ClearanceState
 from ..evaluation.state import GraspState
+from ..judge.clearance_check import joint_centre_depth, penetration, side_tilt, tip_overhang
+from ..judge.posed_grasp import PosedGrasp
 from ..problem.problem import GraspProblem
+from ..problem.term import METRE, ONE, Constraint
 from ..spatial import Array
-from .base import MODEL_CONSTRAINTS, Constraint
-from .loads import load_constraints
+from .padding import padded
 
 
 class _Selected(Constraint):
@@ -30,13 +30,13 @@ class _Selected(Constraint):
     def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
         """Return their derivatives."""
         assert state.clearance is not None
-        return _padded(self._select(state.clearance)[1], state.x.size)
+        return padded(self._select(state.clearance)[1], state.x.size)
 
 
 class _Clearance(_Selected):
-    """Clearances that keep the margin of the problem."""
+    """Clearances: the search keeps the margin of the problem, the judge counts overlap."""
 
-    unit, equality, scale = "m", False, 100.0
+    unit = METRE
 
     def residual(self, problem: GraspProblem, state: GraspState) -> Array:
         """Return clearances less the margin."""
@@ -44,12 +44,37 @@ class _Clearance(_Selected):
 
 
 class LinkObjectClearance(_Clearance):
-    """No link penetrates the object: Remark 2, by real geometry or by joint centres."""
+    """No link penetrates the object: Remark 2 by real geometry."""
 
     name = "link_object"
 
+    def wanted(self, problem: GraspProblem) -> bool:
+        """Return whether the problem asks for it."""
+        return problem.clearance.link_object == "geometry"
+
     def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
         return clearance.link_object, clearance.d_link_object
+
+    def violation(self, grasp: PosedGrasp) -> float:
+        """Return the deepest overlap, beyond what the error of a mesh's distance excuses."""
+        return penetration(grasp.clearances, "link_object", tolerant=True)
+
+
+class JointCentreClearance(_Clearance):
+    """No joint centre lies inside the object: Remark 2 in the paper's own form."""
+
+    name = "joint_centre"
+
+    def wanted(self, problem: GraspProblem) -> bool:
+        """Return whether the problem asks for it."""
+        return problem.clearance.link_object == "joint_centres"
+
+    def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
+        return clearance.link_object, clearance.d_link_object
+
+    def violation(self, grasp: PosedGrasp) -> float:
+        """Return the depth of the deepest one."""
+        return joint_centre_depth(grasp.problem, grasp.joint_angles, grasp.palm_pose)
 
 
 class SelfClearance(_Clearance):
@@ -57,8 +82,16 @@ class SelfClearance(_Clearance):
 
     name = "self_collision"
 
+    def wanted(self, problem: GraspProblem) -> bool:
+        """Return whether the problem asks for it."""
+        return problem.clearance.self_collision
+
     def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
         return clearance.self_collision, clearance.d_self_collision
+
+    def violation(self, grasp: PosedGrasp) -> float:
+        """Return the deepest overlap."""
+        return penetration(grasp.clearances, "self_collision")
 
 
 class GroundClearance(_Clearance):
@@ -66,63 +99,52 @@ class GroundClearance(_Clearance):
 
     name = "ground"
 
+    def wanted(self, problem: GraspProblem) -> bool:
+        """Return whether there is a ground."""
+        return problem.clearance.ground is not None
+
     def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
         return clearance.ground, clearance.d_ground
+
+    def violation(self, grasp: PosedGrasp) -> float:
+        """Return the deepest overlap."""
+        return penetration(grasp.clearances, "ground")
 
 
 class TipPatch(_Selected):
     """Fingers touch with the ends of their tips only: n·a ≥ 0."""
 
-    name, unit, equality, scale = "tip_patch", "1", False, 1.0
+    name, unit = "tip_patch", ONE
+
+    def wanted(self, problem: GraspProblem) -> bool:
+        """Return whether the problem asks for it."""
+        return problem.clearance.tip_patch
 
     def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
         return clearance.tip_patch, clearance.d_tip_patch
 
+    def violation(self, grasp: PosedGrasp) -> float:
+        """Return the largest −n·a."""
+        return tip_overhang(grasp.problem, grasp.joint_angles, grasp.palm_pose, grasp.contacts.normals)
+
 
 class Tangency(_Selected):
-    """Inner links touch with their sides: n·a = 0, which keeps their capsules outside a convex object."""
+    """Inner links touch with their sides: n·a = 0, which keeps their capsules outside a convex object.
 
-    name, unit, equality, scale = "tangency", "1", True, 1.0
+    It serves ``link_object`` only, by whose overlap a grasp is judged.
+    """
+
+    name, unit, equality, judged = "tangency", ONE, True, False
+
+    def wanted(self, problem: GraspProblem) -> bool:
+        """Return whether links keep clear and an inner one touches the object."""
+        if problem.clearance.link_object != "geometry":
+            return False
+        return bool(inner_axes(problem.hand, link_shapes(problem.hand), problem.frames))
 
     def _select(self, clearance: ClearanceState) -> tuple[Array, Array]:
         return clearance.tangency, clearance.d_tangency
 
-
-class AbductionOrder(Constraint):
-    """The abduction angles of the fingers keep their physical order: Remark 1."""
-
-    name, unit, equality, scale = "abduction_order", "rad", False, 10.0
-
-    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
-        """Return the differences of neighbours."""
-        return problem.abduction_differences @ state.x[: problem.hand.n_joints]
-
-    def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
-        """Return their derivatives, which are constant."""
-        return _padded(problem.abduction_differences, state.x.size)
-
-
-def problem_constraints(problem: GraspProblem) -> tuple[Constraint, ...]:
-    """Return the constraints of a problem: those of the model, those its clearance options ask for, its load cases."""
-    options = problem.clearance
-    wanted: tuple[tuple[bool, Constraint], ...] = (
-        (options.link_object != "off", LinkObjectClearance()),
-        (options.self_collision, SelfClearance()),
-        (options.ground is not None, GroundClearance()),
-        (options.tip_patch, TipPatch()),
-        (options.link_object == "geometry" and _touches_with_sides(problem), Tangency()),
-        (options.remark1 and problem.hand.description.remark1 is not None, AbductionOrder()),
-    )
-    return (*MODEL_CONSTRAINTS, *(term for on, term in wanted if on), *load_constraints(problem))
-
-
-def _touches_with_sides(problem: GraspProblem) -> bool:
-    """Return whether an inner link touches the object."""
-    return bool(inner_axes(problem.hand, link_shapes(problem.hand), problem.frames))
-
-
-def _padded(derivative: Array, size: int) -> Array:
-    """Append zero columns for variables that move nothing."""
-    padded = np.zeros((len(derivative), size))
-    padded[:, : derivative.shape[1]] = derivative
-    return padded
+    def violation(self, grasp: PosedGrasp) -> float:
+        """Return the largest |n·a|."""
+        return side_tilt(grasp.problem, grasp.joint_angles, grasp.palm_pose, grasp.contacts.normals)

@@ -171,4 +171,4 @@ def _rank(grasp: Grasp) -> tuple[bool, float]:
     """Return what results are sorted by: feasible ones by their objective, then the others by their violation."""
     if grasp.feasible:
         return False, grasp.objective
-    return True, max(grasp.violations.values())
+    return True, grasp.max_violation

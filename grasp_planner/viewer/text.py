@@ -6,25 +6,25 @@ import html
 import math
 
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
+from ..grasp.verdict import Violation
+from ..problem.term import METRE, Unit
+from ..terms.posture import JointLimits
 from .live import contact_share
 from .scene.clearances import link_clearances
 from .scene.margin import withstands
 
-UNITS = {"_nm": ("N m", 1.0), "_rad": ("°", 180.0 / math.pi), "_m": ("mm", 1e3), "_n": ("N", 1.0)}
-"""Unit and factor for display, by the end of a violation's name."""
-
 PHRASES = {
-    "surface_m": "fingertips are off the surface by up to",
-    "region_m": "a contact is outside the part that may be touched, by",
-    "friction_n": "a contact force leaves its friction cone by",
-    "joint_limit_rad": "a joint is beyond its limit by",
-    "compliance_rad": "synergies and joint springs do not give this posture; off by",
-    "equilibrium_n": "forces do not balance; off by",
-    "equilibrium_nm": "torques do not balance; off by",
-    "link_object_m": "a link is inside the object by",
-    "joint_centre_m": "a joint is inside the object by",
-    "self_collision_m": "two links are inside each other by",
-    "ground_m": "a link is below the ground by",
+    "surface": "fingertips are off the surface by up to",
+    "region": "a contact is outside the part that may be touched, by",
+    "friction": "a contact force leaves its friction cone by",
+    "joint_limit": "a joint is beyond its limit by",
+    "compliance": "synergies and joint springs do not give this posture; off by",
+    "equilibrium_force": "forces do not balance; off by",
+    "equilibrium_moment": "torques do not balance; off by",
+    "link_object": "a link is inside the object by",
+    "joint_centre": "a joint is inside the object by",
+    "self_collision": "two links are inside each other by",
+    "ground": "a link is below the ground by",
 }
 """How a violation reads; others are named as they are."""
 
@@ -58,37 +58,30 @@ def degrees(value: float) -> str:
     return "0°" if abs(value) < 0.005 else f"{number(value, 2 if abs(value) < 10.0 else 3)}°"
 
 
-def quantity(name: str, value: float) -> str:
-    """Return a violation with its unit, by the end of its name."""
-    for ending, (unit, factor) in UNITS.items():
-        if name.endswith(ending):
-            return f"{number(value * factor)} {unit}"
-    return number(value)
+def quantity(value: float, unit: Unit) -> str:
+    """Return a value in the unit that people read it in."""
+    return f"{number(value * unit.shown_times)} {unit.shown_as or unit.symbol.removeprefix('1')}".rstrip()
 
 
 def readable(name: str) -> str:
-    """Return a violation's name as words."""
-    for ending in UNITS:
-        if name.endswith(ending):
-            name = name[: -len(ending)]
-            break
+    """Return the name of a term as words."""
     return name.replace("_", " ")
 
 
-def reason(name: str, value: float) -> str:
+def reason(violation: Violation) -> str:
     """Return one reason why a grasp is not feasible, as words."""
-    phrase = PHRASES.get(name, f"{readable(name)} violated by")
-    return f"{phrase} {quantity(name, value)}"
+    phrase = PHRASES.get(violation.name, f"{readable(violation.name)} violated by")
+    return f"{phrase} {quantity(violation.value, violation.unit)}"
 
 
 def reasons(grasp: Grasp) -> list[str]:
     """Return all reasons why a grasp is not feasible, the geometric ones first."""
-    failures = grasp.failures()
+    failures = tuple(grasp.failures().values())
     if contact_share(grasp) == 0.0:
         # Without contact there are no forces that could break any other requirement.
-        return [reason(name, failures[name]) for name in failures if name.endswith("_m") or "limit" in name]
-    order = sorted(failures, key=lambda name: (not name.endswith("_m"), -failures[name]))
-    found = [reason(name, failures[name]) for name in order]
+        return [reason(failure) for failure in failures if failure.unit == METRE or failure.name == JointLimits.name]
+    order = sorted(failures, key=lambda failure: (failure.unit != METRE, -failure.value))
+    found = [reason(failure) for failure in order]
     return found if grasp.force_closed else [*found, "the contacts are not force-closed"]
 
 
@@ -211,9 +204,9 @@ def contact_table(grasp: Grasp, *, in_contact: bool = True) -> str:
 def violation_table(grasp: Grasp) -> str:
     """Return the table of every requirement (Markdown)."""
     rows = ["| requirement | violation | |", "|---|--:|---|"]
-    for name, value in grasp.violations.items():
-        mark = "✔" if value <= FEASIBILITY_TOLERANCE else "✘"
-        rows.append(f"| {readable(name)} | {quantity(name, value)} | {mark} |")
+    for name, found in grasp.violations.items():
+        mark = "✔" if found.value <= FEASIBILITY_TOLERANCE else "✘"
+        rows.append(f"| {readable(name)} | {quantity(found.value, found.unit)} | {mark} |")
     rows.append(f"| force closure | {number(grasp.force_closure_margin)} | {'✔' if grasp.force_closed else '✘'} |")
     return "\n".join(rows)
 

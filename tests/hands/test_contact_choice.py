@@ -10,7 +10,7 @@ import grasp_planner as gp
 from grasp_planner.collision.link_shapes import inner_axes, link_shapes
 from grasp_planner.evaluation.contact_geometry import ContactGeometryEvaluator
 from grasp_planner.evaluation.variables import PoseChart
-from grasp_planner.terms.clearance import problem_constraints
+from grasp_planner.terms.registry import problem_constraints
 
 QUICK = gp.PlannerOptions(starts=16, enough=1)
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.
@@ -116,7 +116,7 @@ def test_power_grasp_with_clear_links(hand, text):
     )
     grasp = gp.plan_grasp(given, options=QUICK)
     assert grasp.feasible, grasp.verdict
-    assert grasp.collisions["link_object_m"] < 1e-6
+    assert grasp.overlap("link_object") < 1e-6
     # An inner link touches with its side: the axis of its capsule is tangent to the object there.
     axes = inner_axes(hand, link_shapes(hand), given.frames)
     assert [given.frames[index].name for index, _, _ in axes] == ["middle_medial", "ring_medial"]

@@ -145,7 +145,7 @@ def test_what_has_to_keep_clear_can_be_chosen(viewer, grasp):
     assert viewer.session.problem.clearance == replace(
         grasp.problem.clearance, link_object="joint_centres", self_collision=False
     )
-    assert "self_collision_m" not in viewer.session.grasp.violations
+    assert "self_collision" not in viewer.session.grasp.violations
 
 
 def test_every_shape_of_the_library_can_be_chosen_or_says_why_not(viewer):

@@ -9,7 +9,9 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.drawing import look
+from grasp_planner.grasp.verdict import Violation
 from grasp_planner.model.task import Ellipsoid
+from grasp_planner.problem.term import METRE, ONE, RADIAN, Unit
 from grasp_planner.viewer import text
 from grasp_planner.viewer.live import LiveState, contact_share, evaluate
 from grasp_planner.viewer.opening import approach, close_along
@@ -146,8 +148,10 @@ def test_the_card_says_feasible_or_why_not(grasp):
 
 
 def test_unknown_violations_are_shown_with_their_unit(grasp):
-    assert text.reason("self_clearance_m", 0.002) == "self clearance violated by 2 mm"
-    assert text.quantity("something_rad", np.pi) == "180 °"
+    assert text.reason(Violation("self_clearance", 0.002, METRE)) == "self clearance violated by 2 mm"
+    assert text.reason(Violation("kinetic_energy", 0.5, Unit("J"))) == "kinetic energy violated by 0.5 J"
+    assert text.quantity(np.pi, RADIAN) == "180 °"
+    assert text.quantity(0.25, ONE) == "0.25"
 
 
 def test_nothing_foreign_reaches_the_page_unescaped(grasp):

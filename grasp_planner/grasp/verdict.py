@@ -1,0 +1,96 @@
+"""What a problem requires of a grasp, by how much the grasp fails it, and the sentence that says so."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..exceptions import InvalidValueError
+from ..judge.posed_grasp import PosedGrasp
+from ..problem.term import Unit
+from ..terms.registry import judged_requirements
+
+NOTICED_OVERLAP, NOTICED_FORCE = 1e-5, 1e-2
+"""Overlap [m] and disturbance [N] below which there is none to speak of."""
+
+
+@dataclass(frozen=True, repr=False)
+class Violation:
+    """By how much a grasp violates one requirement.
+
+    Attributes:
+        name: Name of the requirement.
+        value: The violation, 0 if it is met.
+        unit: Its unit.
+    """
+
+    name: str
+    value: float
+    unit: Unit
+
+    def __repr__(self) -> str:
+        return f"Violation({self.text})"
+
+    @property
+    def text(self) -> str:
+        """Name, value and unit."""
+        return f"{self.name} {self.unit.text(self.value)}"
+
+
+def all_violations(grasp: PosedGrasp) -> tuple[Violation, ...]:
+    """Return the violation of every requirement of a grasp's problem.
+
+    Args:
+        grasp: The grasp.
+
+    Returns:
+        The violations, in the order of the registry.
+
+    Raises:
+        InvalidValueError: If a requirement of the user's gives no number, or has the name of a built-in one.
+    """
+    found = []
+    for term in judged_requirements(grasp.problem):
+        value = term.violation(grasp)
+        try:
+            found.append(Violation(term.name, float(value), term.unit))
+        except (TypeError, ValueError):
+            raise InvalidValueError(f"violation of {term.name}", value, "one number, 0 if it is met") from None
+    return tuple(found)
+
+
+def not_asked(grasp: PosedGrasp) -> tuple[str, ...]:
+    """Return what a grasp's problem did not ask for and the grasp does not have, in words."""
+    options, found = grasp.problem.clearance, []
+    overlap = max(
+        grasp.overlap("link_object") if options.link_object != "geometry" else 0.0,
+        grasp.overlap("self_collision") if not options.self_collision else 0.0,
+    )
+    if overlap > NOTICED_OVERLAP:
+        found.append(f"links may overlap: {1e3 * overlap:.3g} mm")
+    if not grasp.problem.loads.disturbed:
+        held = grasp.passive_margin.size
+        found.append(f"holds a push of only {held:.2g} N" if held > NOTICED_FORCE else "holds no disturbance")
+    return tuple(found)
+
+
+def verdict(grasp: PosedGrasp, status: str, failures: Sequence[Violation], missing: Sequence[str]) -> str:
+    """Return the sentence about a grasp.
+
+    Args:
+        grasp: The grasp.
+        status: Its status.
+        failures: What it violates.
+        missing: What was not asked for, in words.
+
+    Returns:
+        One sentence.
+    """
+    if status == "feasible":
+        note = "" if grasp.stability.stable else f"; but {grasp.stability.text}"
+        open_points = f"; not asked for: {', '.join(missing)}" if missing else ""
+        return f"feasible: every requirement is met and the contacts are force-closed{note}{open_points}"
+    parts = [failure.text for failure in failures]
+    if not grasp.force_closed:
+        parts.append("not force-closed")
+    return f"{status}: " + ", ".join(parts)

@@ -1,0 +1,220 @@
+"""A grasp by the clear formulas: every number of it from posture, palm pose and δσ alone, one formula after another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from ..checks import finite_array
+from ..model.compliance import contact_forces, hand_stiffness, internal_forces, joint_torques
+from ..model.contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix, hand_jacobian
+from ..model.force_closure import force_closure_margin, force_norm_floor
+from ..model.friction import force_norm, friction_margins, normal_forces
+from ..model.task import alignment_deg, object_synergy_map, task_index, transmission_ratio
+from ..problem.problem import GraspProblem
+from ..spatial import Array
+from .clearance_check import Clearance, ClearanceKind, hand_clearances, penetration
+from .load_check import LoadCheck, check_loads
+from .margins import (
+    GraspMargins,
+    Holding,
+    Margin,
+    disturbance_response,
+    grasp_margins,
+    holding,
+    passive_margins,
+    worst_passive_margin,
+)
+from .stability import Stability, grasp_stability
+
+
+@dataclass(frozen=True)
+class PosedGrasp:
+    """A posture, a palm pose and synergy displacements, with everything that follows from them.
+
+    Nothing here trusts the search: contacts come from Pinocchio's forward kinematics, forces from eq. (17) written
+    out. What is required of it, and whether it meets that, a :class:`~grasp_planner.grasp.grasp.Grasp` says. Frame O
+    throughout.
+
+    Attributes:
+        problem: The problem it answers.
+        joint_angles: Actual posture q [rad], of shape (n_q,).
+        palm_pose: Pose of the palm frame P in O.
+        delta_sigma: δσ [rad], of shape (n_s,).
+    """
+
+    problem: GraspProblem
+    joint_angles: Array
+    palm_pose: pin.SE3
+    delta_sigma: Array
+
+    def __post_init__(self) -> None:
+        n_q, n_s = self.problem.hand.n_joints, self.problem.n_synergies
+        object.__setattr__(self, "joint_angles", finite_array("joint_angles", self.joint_angles, (n_q,)))
+        object.__setattr__(self, "delta_sigma", finite_array("delta_sigma", self.delta_sigma, (n_s,)))
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """Contact points, normals into the object and gaps."""
+        problem = self.problem
+        centres = fingertip_positions(problem.hand, problem.frames, self.joint_angles, self.palm_pose)
+        return find_contacts(centres, problem.radii, problem.grasp_object)
+
+    @cached_property
+    def grasp_matrix(self) -> Array:
+        """G, of shape (6, 3 n_c)."""
+        return grasp_matrix(self.contacts.points)
+
+    @cached_property
+    def hand_jacobian(self) -> Array:
+        """J [m/rad], of shape (3 n_c, n_q)."""
+        problem = self.problem
+        return hand_jacobian(problem.hand, problem.frames, self.joint_angles, self.palm_pose, self.contacts.points)
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """K_m [N/m], of shape (3 n_c, 3 n_c)."""
+        parameters = self.problem.parameters
+        return hand_stiffness(self.hand_jacobian, parameters.structural_compliance, self.problem.joint_compliance)
+
+    @cached_property
+    def forces(self) -> Array:
+        """Contact forces of the hand on the object [N], of shape (n_c, 3); eq. (17)."""
+        problem = self.problem
+        return contact_forces(
+            self.grasp_matrix,
+            self.hand_jacobian,
+            problem.synergies.basis,
+            self.delta_sigma,
+            problem.external_wrench,
+            self.stiffness,
+            problem.parameters.contact_stiffness,
+        ).reshape(-1, 3)
+
+    @cached_property
+    def normal_forces(self) -> Array:
+        """f_n [N], of shape (n_c,)."""
+        return normal_forces(self.forces, self.contacts.normals)
+
+    @cached_property
+    def friction_margins(self) -> Array:
+        """μ f_n − |f_t| [N], of shape (n_c,)."""
+        return friction_margins(self.forces, self.contacts.normals, self.problem.parameters.friction)
+
+    @cached_property
+    def joint_torques(self) -> Array:
+        """τ = Jᵀ f [N m], of shape (n_q,); eq. (1)."""
+        return joint_torques(self.hand_jacobian, self.forces.ravel())
+
+    @cached_property
+    def bending_torques(self) -> Array:
+        """The torques that bend the joints in eq. (10): of the total forces, or as in (33) of the internal ones."""
+        problem = self.problem
+        if problem.parameters.torque_model == "total":
+            return self.joint_torques
+        internal = internal_forces(
+            self.grasp_matrix,
+            self.hand_jacobian,
+            problem.synergies.basis,
+            self.stiffness,
+            problem.parameters.contact_stiffness,
+        )
+        return joint_torques(self.hand_jacobian, internal @ self.delta_sigma)
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Synergy coordinates σ with q = q̄ + S σ − C_q τ, in the least-squares sense [rad], of shape (n_s,)."""
+        bent = self.joint_angles + self.problem.joint_compliance * self.bending_torques
+        return self.problem.synergies.coordinates(bent)
+
+    @cached_property
+    def reference_joint_angles(self) -> Array:
+        """q_r = q̄ + S σ [rad], of shape (n_q,); eq. (4)."""
+        return self.problem.synergies.joint_angles(self.sigma)
+
+    @cached_property
+    def force_norm(self) -> float:
+        """F [N]; eq. (18)."""
+        return force_norm(self.forces, self.contacts.normals)
+
+    @cached_property
+    def force_norm_floor(self) -> float:
+        """Least F of any forces in the cones at these contacts [N]."""
+        contacts, problem = self.contacts, self.problem
+        return force_norm_floor(contacts.points, contacts.normals, problem.parameters.friction, problem.external_wrench)
+
+    @cached_property
+    def force_closure_margin(self) -> float:
+        """How far inside the cones internal forces can be; positive means force closure."""
+        contacts = self.contacts
+        return force_closure_margin(contacts.points, contacts.normals, self.problem.parameters.friction)
+
+    @property
+    def force_closed(self) -> bool:
+        """Whether the contacts can resist any wrench."""
+        return self.force_closure_margin > 0.0
+
+    @cached_property
+    def object_synergy_map(self) -> Array:
+        """H_s, of shape (6, n_s); eq. (21)."""
+        return object_synergy_map(self.grasp_matrix, self.hand_jacobian @ self.problem.synergies.basis)
+
+    @cached_property
+    def task_index(self) -> float:
+        """C; eq. (28)."""
+        return task_index(self.object_synergy_map, self.problem.tasks)
+
+    @cached_property
+    def transmission_ratios(self) -> tuple[float, ...]:
+        """α or β of every task direction; eq. (26), (27)."""
+        return tuple(transmission_ratio(self.object_synergy_map, task) for task in self.problem.tasks)
+
+    @cached_property
+    def alignments(self) -> tuple[tuple[float, bool], ...]:
+        """Angle [degrees] between each task direction and the longest axis of its ellipsoid; degenerate flag."""
+        return tuple(alignment_deg(self.object_synergy_map, task) for task in self.problem.tasks)
+
+    @cached_property
+    def _holding(self) -> Holding:
+        """What the margins need to know."""
+        problem, grasp, jacobian = self.problem, self.grasp_matrix, self.hand_jacobian
+        k_c = problem.parameters.contact_stiffness
+        internal = internal_forces(grasp, jacobian, problem.synergies.basis, self.stiffness, k_c)
+        response = disturbance_response(problem, grasp, jacobian)
+        return holding(problem, self.contacts, self.forces, jacobian, response, internal)
+
+    @cached_property
+    def passive_margin(self) -> Margin:
+        """Largest disturbing force resisted in the worst direction with the references held."""
+        return worst_passive_margin(self._holding)
+
+    def passive_margins_along(self, wrenches: Array) -> list[Margin]:
+        """Return the largest disturbances resisted along unit wrenches in O, of shape (n, 6), the references held."""
+        return passive_margins(self._holding, np.atleast_2d(wrenches))
+
+    @cached_property
+    def margins(self) -> GraspMargins:
+        """Largest disturbances resisted, in the worst direction and along the tasks, whether asked for or not."""
+        return grasp_margins(self._holding, self.problem.tasks, self.passive_margin)
+
+    @cached_property
+    def stability(self) -> Stability:
+        """Stiffness with which the object is held, preload included, and the motion resisted least."""
+        return grasp_stability(self.problem, self.joint_angles, self.palm_pose, self.contacts, self.forces)
+
+    @cached_property
+    def clearances(self) -> tuple[Clearance, ...]:
+        """Exact distances of the hand from the object, from itself and from the ground, whether asked for or not."""
+        return hand_clearances(self.problem, self.joint_angles, self.palm_pose)
+
+    def overlap(self, kind: ClearanceKind) -> float:
+        """Return the deepest overlap of a kind [m], whether it was to be avoided or not; 0 if there is none."""
+        return penetration(self.clearances, kind)
+
+    @cached_property
+    def load_check(self) -> LoadCheck:
+        """What the load cases of the problem make of forces and torques."""
+        return check_loads(self.problem, self.forces, self.contacts.normals, self.hand_jacobian, self.grasp_matrix)

@@ -1,0 +1,69 @@
+"""The objective z = w_F F + w_C C of eq. (29), with the user's own costs: the one place where it is summed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..evaluation.state import GraspState
+from ..exceptions import InvalidValueError
+from ..judge.posed_grasp import PosedGrasp
+from ..problem.problem import GraspProblem
+from ..problem.term import Weighted, check_not_built_in, own_costs
+from ..spatial import Array
+from .costs import ForceNorm, TaskIndex
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A weighted sum of costs.
+
+    Attributes:
+        terms: The costs with their weights.
+    """
+
+    terms: tuple[Weighted, ...]
+
+    def __post_init__(self) -> None:
+        if not self.terms:
+            raise InvalidValueError("costs", (), "at least one")
+
+    def value(self, problem: GraspProblem, state: GraspState) -> float:
+        """Return the sum at a state."""
+        return self.total(each.cost.value(problem, state) for each in self.terms)
+
+    def gradient(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return its gradient by x, of shape (n_x,)."""
+        parts = [each.weight * each.cost.gradient(problem, state) for each in self.terms]
+        return sum(parts[1:], start=parts[0])
+
+    def clear_value(self, grasp: PosedGrasp) -> float:
+        """Return the sum for a grasp, by the plain formulas."""
+        return self.total(each.cost.clear_value(grasp) for each in self.terms)
+
+    def total(self, values: Iterable[float]) -> float:
+        """Return the weighted sum of values, one for each cost: of the costs, or of their derivatives."""
+        return float(sum(each.weight * value for each, value in zip(self.terms, values, strict=True)))
+
+    def scaled(self, factor: float) -> Objective:
+        """Return the objective times a factor."""
+        return Objective(tuple(Weighted(each.cost, factor * each.weight) for each in self.terms))
+
+    def typical(self, problem: GraspProblem, state: GraspState) -> float:
+        """Return a value that counts as usual, from the state at a start."""
+        return self.total(each.cost.typical(problem, state) for each in self.terms)
+
+
+def problem_objective(problem: GraspProblem) -> Objective:
+    """Return the objective of a problem.
+
+    Raises:
+        InvalidValueError: If a cost of the user's has the name of a built-in one.
+    """
+    built_in = (
+        Weighted(ForceNorm(), problem.parameters.force_weight),
+        Weighted(TaskIndex(), problem.parameters.task_weight),
+    )
+    own = own_costs(problem.costs)
+    check_not_built_in("costs", (each.cost.name for each in own), (each.cost.name for each in built_in))
+    return Objective((*built_in, *own))
