@@ -15,6 +15,7 @@ ROOMS = (
     "spatial",
     "checks",
     "files",
+    "processes",
     "synergies",
     "hand",
     "objects",

@@ -61,7 +61,7 @@ def batch_command(
     """
     with _plain_errors():
         from ..batch import CaseTable, read_spec, run_batch
-        from ..batch.worker import STANDARD_PLANNER
+        from ..batch.planning_job import STANDARD_PLANNER
 
         parsed = read_spec(spec)
         if dry_run:

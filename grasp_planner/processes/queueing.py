@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,7 +20,7 @@ MAX_ATTEMPTS = 2
 
 def work_off(
     jobs: Iterable[Job], pool: JobPool, stopped: Callable[[], bool] = lambda: False
-) -> Iterator[Sequence[JobOutcome]]:
+) -> Generator[Sequence[JobOutcome], None, None]:
     """Work off jobs until all have ended, or it is stopped; then the pool is closed.
 
     Args:
@@ -33,9 +33,9 @@ def work_off(
     """
     waiting = iter(jobs)
     again: deque[Job] = deque()
-    following = next(waiting, None)
     running = 0
     try:
+        following = next(waiting, None)
         while (running or again or following is not None) and not stopped():
             while pool.free_slots() and (again or following is not None):
                 if again:
