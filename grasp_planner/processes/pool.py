@@ -118,7 +118,7 @@ class LocalPool:
     def _dead(self, worker: WorkerProcess) -> list[JobOutcome]:
         """Replace a worker that ended by itself."""
         job, ready = worker.job, worker.ready
-        detail = self._replace(worker, grace_s=0.5)
+        detail = self._replace(worker, grace_s=2.0)
         if not ready:
             self._failed_starts += 1
             if self._failed_starts >= MAX_FAILED_STARTS:
