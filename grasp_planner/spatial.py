@@ -1,4 +1,4 @@
-"""Small vector algebra shared by every layer: cross products, rotations, read-only arrays.
+"""Small vector algebra shared by every layer: cross products, rotations, poses, read-only arrays.
 
 Conventions: SI units; wrenches and twists have their linear part first; ``T_a_b`` is the pose of b in a.
 """
@@ -6,10 +6,16 @@ Conventions: SI units; wrenches and twists have their linear part first; ``T_a_b
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pinocchio as pin
+
+from .exceptions import InvalidValueError
+from .values import Value
 
 Array = npt.NDArray[np.floating[Any]]
 """Array of real numbers, double precision throughout."""
@@ -112,3 +118,75 @@ def readonly(values: npt.ArrayLike) -> Array:
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Pose(Value):
+    """A pose T_a_b of a frame b in a frame a, which can't be changed; the algebra is Pinocchio's.
+
+    Attributes:
+        rotation: Rotation of b in a, of shape (3, 3), read-only.
+        translation: Origin of b in a [m], of shape (3,), read-only.
+    """
+
+    rotation: Array
+    translation: Array
+
+    @classmethod
+    def of(cls, pose: Any) -> Pose:
+        """Return the pose of a pin.SE3, a 4 x 4 matrix or a pose.
+
+        Raises:
+            InvalidValueError: If it is none of these, or not finite.
+        """
+        if isinstance(pose, Pose):
+            return pose
+        if not isinstance(pose, pin.SE3):
+            matrix = np.asarray(pose) if isinstance(pose, np.ndarray | list | tuple) else None
+            if matrix is None or matrix.shape != (4, 4):
+                raise InvalidValueError("pose", pose, "a Pose, a pin.SE3 or a matrix of shape (4, 4)")
+            pose = pin.SE3(np.asarray(matrix, dtype=float))
+        found = cls(np.array(pose.rotation), np.array(pose.translation))
+        if not (np.isfinite(found.rotation).all() and np.isfinite(found.translation).all()):
+            raise InvalidValueError("pose", found.homogeneous.tolist(), "finite numbers")
+        return found
+
+    @classmethod
+    def identity(cls) -> Pose:
+        """Return the pose of a frame in itself."""
+        return cls.of(pin.SE3.Identity())
+
+    def se3(self) -> pin.SE3:
+        """Return it as a new pin.SE3, for Pinocchio."""
+        return pin.SE3(self.rotation, self.translation)
+
+    @cached_property
+    def homogeneous(self) -> Array:
+        """The 4 x 4 matrix, read-only."""
+        return readonly(self.se3().homogeneous)
+
+    def inverse(self) -> Pose:
+        """Return T_b_a."""
+        return Pose.of(self.se3().inverse())
+
+    def act(self, point: npt.ArrayLike) -> Array:
+        """Return a point of b in a [m], of shape (3,)."""
+        return np.array(self.se3().act(np.array(point, dtype=float)))
+
+    def __mul__(self, other: Any) -> Pose:
+        """Return T_a_c of this T_a_b and another T_b_c, a Pose or a pin.SE3."""
+        if not isinstance(other, Pose | pin.SE3):
+            return NotImplemented
+        return Pose.of(self.se3() * (other.se3() if isinstance(other, Pose) else other))
+
+    def __rmul__(self, other: Any) -> Pose:
+        """Return T_c_b of a pin.SE3 T_c_a and this T_a_b."""
+        return Pose.of(other * self.se3()) if isinstance(other, pin.SE3) else NotImplemented
+
+    def near(self, other: Any, tolerance: float = 1e-9) -> bool:
+        """Return whether another pose is the same to a tolerance in every number of the matrix [1, m]."""
+        return bool(np.abs(self.homogeneous - Pose.of(other).homogeneous).max() <= tolerance)
+
+    def _shown(self) -> dict[str, Any]:
+        """Print where it is and how it is turned, as a rotation vector [rad]."""
+        return {"translation": self.translation, "turn": np.array(pin.log3(np.array(self.rotation)))}

@@ -23,7 +23,7 @@ PICTURE = ROOT / "docs" / "images" / "architecture.svg"
 GUIDE = ROOT / "CONTRIBUTING.md"
 BLOCK = re.compile(r"(?<=<!-- rooms -->\n).*(?=<!-- end of rooms -->)", re.DOTALL)
 """The list of rooms in CONTRIBUTING."""
-FOUNDATIONS = ("exceptions", "spatial", "checks", "files")
+FOUNDATIONS = ("exceptions", "values", "spatial", "checks", "files")
 """Rooms that most others use; their arrows would say nothing."""
 
 WIDTH, HEIGHT, GAP_X, GAP_Y, MARGIN = 200, 62, 22, 40, 20

@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "grasp_planner"
 
 ROOMS = (
     "exceptions",
+    "values",
     "spatial",
     "checks",
     "files",

@@ -268,7 +268,7 @@ def test_overlaps_are_found_by_coal():
     """A ball in the palm is a penetration of the palm by its exact depth."""
     given = problem("sphere:radius=0.02")
     pose = gp.standard_start(given).palm_pose
-    deep = pose.copy()
+    deep = pose.se3()
     deep.translation = -np.array(pose.rotation) @ np.array([0.036 + 0.015, 0.0, 0.05])
     found = gp.hand_clearances(given, np.zeros(15), deep)
     assert penetration(found, "link_object") == pytest.approx(0.005, abs=1e-9)

@@ -75,7 +75,7 @@ def test_a_caged_hand_cannot_retreat():
     given = gp.GraspProblem.paper(HAND, gp.Sphere(0.03), clearance=gp.ClearanceOptions(ground=-0.145))
     start = gp.standard_start(given)
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]).T  # palm normal upwards
-    pose = start.palm_pose.copy()
+    pose = start.palm_pose.se3()
     pose.rotation, pose.translation = turn, -turn @ np.array([0.105, 0.01, 0.175])
     report = gp.retreat_distance(gp.Grasp(given, np.full(15, 0.1), pose, np.zeros(3)))
     assert not report.free
@@ -97,7 +97,7 @@ def test_record_round_trip(on_ground):
 def test_without_clearance_collisions_are_reported_but_do_not_count(on_ground):
     """The paper's plain problem: what a grasp hits is known all the same."""
     plain = gp.GraspProblem.paper(HAND, gp.Sphere(0.03), clearance=gp.ClearanceOptions.off())
-    pose = on_ground.palm_pose.copy()
+    pose = on_ground.palm_pose.se3()
     pose.translation = -np.array(pose.rotation) @ np.array([0.05, 0.0, 0.05])
     grasp = gp.Grasp(plain, np.zeros(15), pose, np.zeros(plain.n_synergies))
     assert grasp.overlap("link_object") > 0.01

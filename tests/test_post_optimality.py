@@ -16,21 +16,20 @@ from grasp_planner.analysis.tolerance import least_tolerance
 from grasp_planner.analysis.validity import Prediction, carried_palm
 from grasp_planner.judge.load_check import case_forces
 from grasp_planner.model.compliance import series_stiffness
+from tests.stored import stored
 
 
-def settled(hand, n_synergies, loads, direction=(0.0, 1.0, 0.0), radius=0.03):
-    problem = gp.GraspProblem.paper(
-        hand, gp.Cylinder(radius=radius), (gp.force_task(direction),), n_synergies, synergy_set="native", loads=loads
-    )
-    grasp = optimum_near(gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1)))
+def settled(n_synergies, loads):
+    """Return a stored optimum of the native synergies."""
+    grasp = optimum_near(stored(f"native_{n_synergies}{'_push' if loads.active else ''}"))
     assert grasp.feasible
     return grasp
 
 
 @pytest.fixture(scope="module")
-def plain(right):
+def plain():
     """The optimum of the paper's problem with three synergies."""
-    return settled(right, 3, gp.LoadCases.off())
+    return settled(3, gp.LoadCases.off())
 
 
 def check_against_solving_anew(grasp, names):
@@ -64,11 +63,11 @@ def test_three_synergies_answer_as_predicted(plain):
     [(3, gp.LoadCases()), (15, gp.LoadCases()), (15, gp.LoadCases.off())],
     ids=["3, loads", "15, loads", "15, paper"],
 )
-def test_optima_answer_as_predicted(right, n_synergies, loads):
+def test_optima_answer_as_predicted(n_synergies, loads):
     names = ["friction μ", "mass", "object size", "object rx"]
     if loads.active:
         names.append("joint compliance")
-    check_against_solving_anew(settled(right, n_synergies, loads), names)
+    check_against_solving_anew(settled(n_synergies, loads), names)
 
 
 def test_the_posture_answers_as_predicted(plain):
@@ -83,8 +82,8 @@ def test_the_posture_answers_as_predicted(plain):
 @pytest.mark.slow
 @pytest.mark.parametrize("loads", [gp.LoadCases(), gp.LoadCases.off()], ids=["loads", "paper"])
 @pytest.mark.parametrize("n_synergies", [3, 15])
-def test_within_the_validity_radius_the_force_changes_as_predicted(right, n_synergies, loads):
-    grasp = settled(right, n_synergies, loads)
+def test_within_the_validity_radius_the_force_changes_as_predicted(n_synergies, loads):
+    grasp = settled(n_synergies, loads)
     names = ("object size", "object rx", "object ry", "friction μ", "mass", "joint compliance", "contact stiffness")
     parameters = [parameter for parameter in parameters_of(grasp) if parameter.name in names]
     found = post_optimality(grasp, parameters)
@@ -113,8 +112,8 @@ def test_beyond_the_validity_radius_the_force_changes_otherwise(plain):
 
 
 @pytest.mark.slow
-def test_beyond_the_validity_radius_the_active_set_has_changed(right):
-    grasp = settled(right, 3, gp.LoadCases())
+def test_beyond_the_validity_radius_the_active_set_has_changed():
+    grasp = settled(3, gp.LoadCases())
     turn = next(parameter for parameter in parameters_of(grasp) if parameter.name == "object rz")
     first = post_optimality(grasp, [turn])
     sensitivity = first.sensitivities[0]
@@ -129,8 +128,8 @@ def test_beyond_the_validity_radius_the_active_set_has_changed(right):
     assert active_after(-2.0 * sensitivity.down) != names
 
 
-def test_with_the_palm_held_the_palm_stays_where_it_is_in_the_world(right):
-    grasp = settled(right, 15, gp.LoadCases.off())
+def test_with_the_palm_held_the_palm_stays_where_it_is_in_the_world():
+    grasp = settled(15, gp.LoadCases.off())
     held = {parameter.name: parameter for parameter in parameters_of(grasp) if parameter.palm is not None}
     program = OptimalityProgram(grasp)
     found = kkt_point(program.evaluate, program.z)
@@ -140,7 +139,7 @@ def test_with_the_palm_held_the_palm_stays_where_it_is_in_the_world(right):
         moved = pin.SE3(pin.exp3(step * np.array([0.0, 1.0, 0.0])), np.zeros(3))  # of the object in the world
         if name.startswith("object x"):
             moved = pin.SE3(np.eye(3), np.array([step, 0.0, 0.0]))
-        assert (moved * carried).isApprox(grasp.palm_pose, 1e-6)
+        assert grasp.palm_pose.near(moved * carried, 1e-6)
 
 
 def test_turning_the_object_about_its_axis_of_symmetry_changes_nothing(plain):
@@ -159,11 +158,8 @@ def test_with_few_motors_the_hand_cannot_follow_with_its_palm_held(plain):
 
 
 @pytest.fixture(scope="module")
-def held(right):
-    problem = gp.GraspProblem.paper(
-        right, gp.Cylinder(), n_synergies=5, synergy_set="native", loads=gp.LoadCases(force=0.5)
-    )
-    return gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+def held():
+    return stored("native_5_half")
 
 
 def test_at_its_tolerance_a_contact_starts_to_slip(held):
@@ -198,8 +194,8 @@ def test_improvement_withstands_more_within_its_budget(right, goal, synergy_set)
 
 
 def test_a_plan_beyond_the_limits_of_the_hand_is_brought_within(right):
-    problem = gp.GraspProblem.paper(right, gp.Cylinder(radius=0.035), n_synergies=5, synergy_set="santello")
-    plain = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    hard = stored("beyond_limits")
+    plain = replace(hard, problem=replace(hard.problem, loads=gp.LoadCases.off()))
     assert plain.normal_forces.max() > right.max_normal_force, "without load cases nothing limits it"
     assert withstood(plain, "force") == 0.0
     improved = gp.improve_grasp(plain, budget=0.2, trials=3).after

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import pinocchio as pin
 
 from ..checks import positive
 from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
+from ..hand.configuration import HandConfiguration
 from ..judge.clearance_check import Clearance, hand_clearances
-from ..model.contacts import find_contacts, fingertip_positions, hand_jacobian
+from ..model.contacts import find_contacts
 from ..problem.problem import GraspProblem
-from ..spatial import Array
+from ..spatial import Array, Pose
 
 OPENING_STEPS = 24
 """Steps in which the hand opens."""
@@ -46,7 +46,7 @@ class RetreatReport:
     opening: Opening
     opened: float
     collision: Clearance | None
-    palm_poses: tuple[pin.SE3, ...]
+    palm_poses: tuple[Pose, ...]
     joint_angles: Array
 
 
@@ -112,7 +112,7 @@ def _retreat(grasp: Grasp, mode: Opening, opening: float, step: float, clear: fl
             return report(0.0, hit)
     back = -np.array(pose.rotation) @ problem.hand.palm_normal
     for distance in np.arange(step, reach + 0.5 * step, step):
-        moved = pin.SE3(np.array(pose.rotation), np.array(pose.translation) + distance * back)
+        moved = Pose(pose.rotation, pose.translation + distance * back)
         found = hand_clearances(problem, postures[-1], moved)
         poses.append(moved)
         postures.append(postures[-1])
@@ -130,11 +130,12 @@ def _opening_path(grasp: Grasp, mode: Opening, opening: float) -> list[Array]:
     basis = problem.synergies.basis if mode == "synergies" else np.eye(hand.n_joints)
     q, path = np.array(grasp.joint_angles), [np.array(grasp.joint_angles)]
     for _ in range(OPENING_STEPS):
-        centres = fingertip_positions(hand, problem.frames, q, pose)
+        configuration = HandConfiguration(hand, q, pose)
+        centres = configuration.contact_centres(problem.frames)
         contacts = find_contacts(centres, problem.radii, problem.grasp_object)
         if contacts.gaps.min() >= opening:
             break
-        jacobian = hand_jacobian(hand, problem.frames, q, pose, contacts.points)
+        jacobian = configuration.contact_jacobian(problem.frames, contacts.points)
         away = -np.einsum("ij,ijk->ik", contacts.normals, jacobian.reshape(-1, 3, hand.n_joints)) @ basis
         wanted = np.clip(opening - contacts.gaps, 0.0, 2.0 * opening / OPENING_STEPS)
         damping = OPENING_DAMPING * float(np.trace(away @ away.T)) / len(away)
@@ -144,9 +145,9 @@ def _opening_path(grasp: Grasp, mode: Opening, opening: float) -> list[Array]:
     return path
 
 
-def _gaps(problem: GraspProblem, q: Array, pose: pin.SE3) -> Array:
+def _gaps(problem: GraspProblem, q: Array, pose: Pose) -> Array:
     """Return the gaps of the fingertips [m]."""
-    centres = fingertip_positions(problem.hand, problem.frames, q, pose)
+    centres = HandConfiguration(problem.hand, q, pose).contact_centres(problem.frames)
     return find_contacts(centres, problem.radii, problem.grasp_object).gaps
 
 

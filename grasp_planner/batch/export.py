@@ -19,7 +19,7 @@ from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..hand.hand import Hand
 from ..records.layout import GraspRecord
-from ..spatial import Array
+from ..spatial import Array, Pose
 from .errors import ResultsError
 from .results import load_grasps, load_rows
 
@@ -197,7 +197,7 @@ def dexgraspbench_grasp(grasp: Grasp, *, all_joints: bool = False) -> DexGraspBe
         all_joints: Every joint of the URDF in the order of its tree, or the independent ones in the order of q.
     """
     hand = grasp.problem.hand
-    root = grasp.palm_pose * hand.palm_in_root.inverse()
+    root = grasp.configuration.root_pose
     x, y, z, w = pin.Quaternion(np.array(root.rotation)).coeffs()
     pose = [*root.translation, w, x, y, z]
 
@@ -257,7 +257,7 @@ def read_dexgraspbench(path: Path) -> DexGraspBenchGrasp:
         raise ResultsError(path, f"is no DexGraspBench grasp: {error}") from None
 
 
-def palm_pose_of(qpos: Array, hand: Hand) -> pin.SE3:
+def palm_pose_of(qpos: Array, hand: Hand) -> Pose:
     """Return the pose of the palm frame P in O from a DexGraspBench pose.
 
     Args:

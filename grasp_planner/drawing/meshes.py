@@ -7,13 +7,13 @@ from typing import Any
 
 import coal
 import numpy as np
-import pinocchio as pin
 import trimesh
 
 from ..exceptions import InvalidValueError
+from ..hand.configuration import HandConfiguration
 from ..hand.hand import Hand
 from ..objects import GraspObject
-from ..spatial import Array
+from ..spatial import Array, Pose
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def link_meshes(hand: Hand) -> tuple[LinkMesh, ...]:
     )
 
 
-def link_placements(hand: Hand, q: Array, palm_in_object: pin.SE3) -> tuple[pin.SE3, ...]:
+def link_placements(hand: Hand, q: Array, palm_in_object: Pose) -> tuple[Pose, ...]:
     """Return the poses of all collision geometries in O.
 
     Args:
@@ -53,12 +53,7 @@ def link_placements(hand: Hand, q: Array, palm_in_object: pin.SE3) -> tuple[pin.
     Returns:
         One pose for each geometry of the collision model, in its order.
     """
-    data, geometry_data = hand.model.createData(), hand.collision_model.createData()
-    pin.updateGeometryPlacements(
-        hand.model, data, hand.collision_model, geometry_data, hand.full_configuration(np.asarray(q))
-    )
-    object_from_root = palm_in_object * hand.palm_in_root.inverse()
-    return tuple(object_from_root * placement for placement in geometry_data.oMg)
+    return HandConfiguration(hand, q, palm_in_object).geometry_poses
 
 
 def geometry_mesh(geometry: Any) -> trimesh.Trimesh:

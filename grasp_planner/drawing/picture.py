@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 import trimesh
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LightSource, to_rgb
@@ -17,7 +16,7 @@ from ..exceptions import FileFormatError
 from ..grasp.grasp import Grasp
 from ..hand.hand import Hand
 from ..model.task import Ellipsoid, transmission_ellipsoid
-from ..spatial import Array
+from ..spatial import Array, Pose
 from ..synergies.space import SynergySpace
 from .meshes import link_meshes, link_placements, object_mesh
 
@@ -160,7 +159,7 @@ def draw_hand(
     axes: Any,
     hand: Hand,
     q: Array,
-    palm_in_object: pin.SE3 | None = None,
+    palm_in_object: Pose | None = None,
     *,
     opacity: float = 1.0,
     colour: str | None = None,
@@ -178,7 +177,7 @@ def draw_hand(
     Returns:
         Corners of the bounding boxes of the links [m], of shape (n, 3), for :func:`frame_axes`.
     """
-    placements = link_placements(hand, q, pin.SE3.Identity() if palm_in_object is None else palm_in_object)
+    placements = link_placements(hand, q, Pose.identity() if palm_in_object is None else palm_in_object)
     corners = []
     for link in link_meshes(hand):
         mesh = link.mesh.copy()

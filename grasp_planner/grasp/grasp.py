@@ -18,7 +18,7 @@ FEASIBILITY_TOLERANCE = 1e-6
 Status = Literal["feasible", "infeasible", "cancelled"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Grasp(PosedGrasp):
     """A posture, a palm pose and synergy displacements, with everything that follows, judged by its problem.
 

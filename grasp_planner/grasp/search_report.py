@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..spatial import Array
+from ..values import Value
 
 
-@dataclass(frozen=True)
-class IterationRecord:
+@dataclass(frozen=True, eq=False, repr=False)
+class IterationRecord(Value):
     """One iteration of the search.
 
     Attributes:
@@ -34,8 +35,8 @@ class IterationRecord:
     palm_pose: Array
 
 
-@dataclass(frozen=True)
-class SearchReport:
+@dataclass(frozen=True, eq=False, repr=False)
+class SearchReport(Value):
     """How a grasp was found.
 
     Attributes:

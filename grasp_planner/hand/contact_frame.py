@@ -9,11 +9,12 @@ import numpy as np
 import pinocchio as pin
 
 from ..exceptions import NameNotFoundError
+from ..values import Value
 from .description import ContactDescription
 
 
-@dataclass(frozen=True)
-class ContactFrame:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactFrame(Value):
     """A place of the hand that may touch the object.
 
     Attributes:

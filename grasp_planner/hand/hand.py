@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,14 +12,15 @@ import numpy as np
 
 from ..checks import finite_array
 from ..exceptions import InvalidValueError, NameNotFoundError
-from ..spatial import Array, readonly
+from ..spatial import Array, Pose, readonly
 from ..synergies.space import SynergySpace, load_synergies
+from ..values import LONGEST_PART, Value, clipped
 from .contact_frame import ContactFrame, find_contact_frame
 from .description import HandDescription
 
 
-@dataclass(frozen=True)
-class Hand:
+@dataclass(frozen=True, eq=False, repr=False)
+class Hand(Value):
     """A robot hand: kinematics, coupling, contact frames and synergies.
 
     The URDF is loaded with all its joints free; the coupling of [Mavrogiannis2014] section IV (DIP = PIP for
@@ -47,10 +49,26 @@ class Hand:
     coupling_offset: Array
     lower: Array
     upper: Array
-    palm_in_root: Any
+    palm_in_root: Pose
     palm_normal: Array
     closing_axis: Array
     grasp_centre: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "palm_in_root", Pose.of(self.palm_in_root))
+        super().__post_init__()
+
+    def _content(self) -> dict[str, Any]:
+        """Return the fields, of description and models what they are written as."""
+        written = {
+            "description": self.description.model_dump_json(),
+            "model": self.model.saveToString(),
+            "collision_model": pickle.dumps(self.collision_model),
+        }
+        return super()._content() | written
+
+    def __repr__(self) -> str:
+        return f"Hand({clipped(self.name, LONGEST_PART)!r}, {self.n_joints} joints)"
 
     @property
     def name(self) -> str:

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ..checks import finite_array, unit_vector
 from ..exceptions import InvalidValueError, NameNotFoundError
-from ..spatial import readonly
+from ..spatial import Pose, readonly
 from .contact_frame import frame_index
 from .coupling import joint_coupling, joint_limits
 from .description import find_hand, read_hand_description
@@ -54,7 +54,7 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
     )
 
 
-def _palm_placement(model: Any, link: str) -> Any:
+def _palm_placement(model: Any, link: str) -> Pose:
     """Return the pose of the palm link in the root frame; the palm has to be fixed to the root."""
     index = frame_index(model, link)
     if index is None:
@@ -62,4 +62,4 @@ def _palm_placement(model: Any, link: str) -> Any:
     frame = model.frames[index]
     if frame.parentJoint != 0:
         raise InvalidValueError("palm.link", link, "a link fixed to the root of the URDF")
-    return frame.placement.copy()
+    return Pose.of(frame.placement)

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import coal
 import numpy as np
-import pinocchio as pin
 
 from ..collision.coal_distances import signed_distance
 from ..collision.link_shapes import inner_axes, link_shapes
+from ..hand.configuration import HandConfiguration
 from ..problem.problem import GraspProblem
-from ..spatial import Array
+from ..spatial import Array, Pose
+from ..values import Value
 
 ClearanceKind = Literal["link_object", "self_collision", "ground"]
 
@@ -25,8 +26,8 @@ TOLERATED = 1e-4
 """Most overlap of a touching link with the object that the error of the object's distance may excuse [m]."""
 
 
-@dataclass(frozen=True)
-class Clearance:
+@dataclass(frozen=True, eq=False, repr=False)
+class Clearance(Value):
     """How far one solid of the hand is from another one, from the object or from the ground.
 
     Attributes:
@@ -51,7 +52,7 @@ class Clearance:
     tolerated: float = 0.0
 
 
-def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> tuple[Clearance, ...]:
+def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: Pose) -> tuple[Clearance, ...]:
     """Return the clearances of all solids from the object, from each other and from the ground if there is one.
 
     A point fingertip lies inside the physical one, so that its link overlaps the object by about the finger's
@@ -65,10 +66,11 @@ def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) ->
     Returns:
         One entry for each pair of solids that is not ignored by the hand's description.
     """
-    hand = problem.hand
+    hand, configuration = problem.hand, HandConfiguration(problem.hand, q, palm_in_object)
     entries = list(hand.collision_model.geometryObjects)
     links = [hand.model.frames[entry.parentFrame].name for entry in entries]
-    poses = _placements(problem, q, palm_in_object)
+    placed = configuration.geometry_poses
+    poses = [coal.Transform3s(np.array(pose.rotation), np.array(pose.translation)) for pose in placed]
     exempt_joints = {frame.joint_id for frame in problem.frames if frame.radius == 0.0}
     touching_joints = {frame.joint_id for frame in problem.frames}
     mesh_error = min(problem.grasp_object.solid.distance_error, TOLERATED)
@@ -106,17 +108,13 @@ def penetration(clearances: tuple[Clearance, ...], kind: ClearanceKind, tolerant
     return max(0.0, max(overlaps, default=0.0))
 
 
-def joint_centre_depth(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> float:
+def joint_centre_depth(problem: GraspProblem, q: Array, palm_in_object: Pose) -> float:
     """Return how deep the deepest joint centre lies inside the object [m]; 0 if none does; Remark 2."""
-    hand = problem.hand
-    data = hand.model.createData()
-    pin.forwardKinematics(hand.model, data, hand.full_configuration(np.asarray(q)))
-    root = palm_in_object * hand.palm_in_root.inverse()
-    centres = np.array([(root * placement).translation for placement in data.oMi.tolist()[1:]])
+    centres = HandConfiguration(problem.hand, q, palm_in_object).joint_centres
     return float(max(0.0, -problem.grasp_object.solid.sample(centres).distance.min()))
 
 
-def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, normals: Array) -> float:
+def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
     """Return the largest −n·a of the touching last links, 0 if none leans beyond the object's tangent plane.
 
     Args:
@@ -128,22 +126,16 @@ def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, norma
     Returns:
         The overhang, dimensionless.
     """
-    hand = problem.hand
-    data = hand.model.createData()
-    pin.framesForwardKinematics(hand.model, data, hand.full_configuration(np.asarray(q)))
-    turn = np.array((palm_in_object * hand.palm_in_root.inverse()).rotation)
-    worst = 0.0
-    for frame, normal in zip(problem.frames, normals, strict=True):
-        if frame.joint_id in hand.model.parents.tolist()[1:]:
-            continue  # an inner link
-        axis = data.oMf[frame.frame_id].act(np.array(frame.offset)) - data.oMi[frame.joint_id].translation
+    axes = HandConfiguration(problem.hand, q, palm_in_object).last_link_vectors(problem.frames)
+    inner, worst = problem.hand.model.parents.tolist()[1:], 0.0
+    for frame, axis, normal in zip(problem.frames, axes, normals, strict=True):
         length = float(np.linalg.norm(axis))
-        if length > 1e-6:
-            worst = max(worst, -float(normal @ (turn @ axis)) / length)
+        if frame.joint_id not in inner and length > 1e-6:
+            worst = max(worst, -float(normal @ axis) / length)
     return worst
 
 
-def side_tilt(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, normals: Array) -> float:
+def side_tilt(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
     """Return the largest |n·a| of the inner links that touch with their sides; 0 if none does.
 
     Args:
@@ -156,25 +148,12 @@ def side_tilt(problem: GraspProblem, q: Array, palm_in_object: pin.SE3, normals:
         The tilt out of the object's tangent plane, dimensionless.
     """
     hand = problem.hand
-    data = hand.model.createData()
-    pin.forwardKinematics(hand.model, data, hand.full_configuration(np.asarray(q)))
-    root = palm_in_object * hand.palm_in_root.inverse()
+    poses = HandConfiguration(hand, q, palm_in_object).joint_poses
     sides = inner_axes(hand, link_shapes(hand), problem.frames)
-    tilts = [abs(float(normals[i] @ ((root * data.oMi[joint]).rotation @ axis))) for i, joint, axis in sides]
+    tilts = [abs(float(normals[i] @ (poses[joint].rotation @ axis))) for i, joint, axis in sides]
     return max(tilts, default=0.0)
 
 
 def _counted(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Iterator[Clearance]:
     """Yield the pairs of a kind that are not meant to overlap."""
     return (pair for pair in clearances if pair.kind == kind and not pair.exempt)
-
-
-def _placements(problem: GraspProblem, q: Array, palm_in_object: pin.SE3) -> list[Any]:
-    """Return the poses of all collision geometries in O, as coal takes them."""
-    hand = problem.hand
-    data, geometry_data = hand.model.createData(), hand.collision_model.createData()
-    full = hand.full_configuration(np.asarray(q))
-    pin.updateGeometryPlacements(hand.model, data, hand.collision_model, geometry_data, full)
-    root = palm_in_object * hand.palm_in_root.inverse()
-    poses = [root * placement for placement in geometry_data.oMg]
-    return [coal.Transform3s(np.array(pose.rotation), np.array(pose.translation)) for pose in poses]

@@ -6,16 +6,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import pinocchio as pin
 
 from ..checks import finite_array
+from ..hand.configuration import HandConfiguration
 from ..model.compliance import contact_forces, hand_stiffness, internal_forces, joint_torques
-from ..model.contacts import Contacts, find_contacts, fingertip_positions, grasp_matrix, hand_jacobian
+from ..model.contacts import Contacts, find_contacts, grasp_matrix
 from ..model.force_closure import force_closure_margin, force_norm_floor
 from ..model.friction import force_norm, friction_margins, normal_forces
 from ..model.task import alignment_deg, object_synergy_map, task_index, transmission_ratio
 from ..problem.problem import GraspProblem
-from ..spatial import Array
+from ..spatial import Array, Pose
+from ..values import Value
 from .clearance_check import Clearance, ClearanceKind, hand_clearances, penetration
 from .load_check import LoadCheck, check_loads
 from .margins import (
@@ -31,8 +32,8 @@ from .margins import (
 from .stability import Stability, grasp_stability
 
 
-@dataclass(frozen=True)
-class PosedGrasp:
+@dataclass(frozen=True, eq=False, repr=False)
+class PosedGrasp(Value):
     """A posture, a palm pose and synergy displacements, with everything that follows from them.
 
     Nothing here trusts the search: contacts come from Pinocchio's forward kinematics, forces from eq. (17) written
@@ -48,19 +49,25 @@ class PosedGrasp:
 
     problem: GraspProblem
     joint_angles: Array
-    palm_pose: pin.SE3
+    palm_pose: Pose
     delta_sigma: Array
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "palm_pose", Pose.of(self.palm_pose))
         n_q, n_s = self.problem.hand.n_joints, self.problem.n_synergies
         object.__setattr__(self, "joint_angles", finite_array("joint_angles", self.joint_angles, (n_q,)))
         object.__setattr__(self, "delta_sigma", finite_array("delta_sigma", self.delta_sigma, (n_s,)))
 
     @cached_property
+    def configuration(self) -> HandConfiguration:
+        """Where the hand is."""
+        return HandConfiguration(self.problem.hand, self.joint_angles, self.palm_pose)
+
+    @cached_property
     def contacts(self) -> Contacts:
         """Contact points, normals into the object and gaps."""
         problem = self.problem
-        centres = fingertip_positions(problem.hand, problem.frames, self.joint_angles, self.palm_pose)
+        centres = self.configuration.contact_centres(problem.frames)
         return find_contacts(centres, problem.radii, problem.grasp_object)
 
     @cached_property
@@ -71,8 +78,7 @@ class PosedGrasp:
     @cached_property
     def hand_jacobian(self) -> Array:
         """J [m/rad], of shape (3 n_c, n_q)."""
-        problem = self.problem
-        return hand_jacobian(problem.hand, problem.frames, self.joint_angles, self.palm_pose, self.contacts.points)
+        return self.configuration.contact_jacobian(self.problem.frames, self.contacts.points)
 
     @cached_property
     def stiffness(self) -> Array:

@@ -22,17 +22,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from ..hand.kinematics import ContactKinematics, HandKinematics
 from ..model.compliance import series_stiffness
 from ..model.contacts import Contacts, grasp_matrix
 from ..problem.problem import GraspProblem
-from ..spatial import Array, readonly, skew
+from ..spatial import Array, Pose, readonly, skew
+from ..values import Value
 
 
-@dataclass(frozen=True)
-class Stability:
+@dataclass(frozen=True, eq=False, repr=False)
+class Stability(Value):
     """How stiffly the object is held. Twists in O: translation of the centre, rotation.
 
     Attributes:
@@ -71,7 +71,7 @@ class Stability:
 
 
 def grasp_stability(
-    problem: GraspProblem, q: Array, palm_in_object: pin.SE3, contacts: Contacts, forces: Array
+    problem: GraspProblem, q: Array, palm_in_object: Pose, contacts: Contacts, forces: Array
 ) -> Stability:
     """Return the stiffness of a grasp with its preload.
 
@@ -130,7 +130,7 @@ class _Motion:
     force: tuple[Array, Array]
 
     @classmethod
-    def at(cls, problem: GraspProblem, q: Array, palm_in_object: pin.SE3, contacts: Contacts, forces: Array) -> _Motion:
+    def at(cls, problem: GraspProblem, q: Array, palm_in_object: Pose, contacts: Contacts, forces: Array) -> _Motion:
         """Return the motion of the contacts of a grasp."""
         rotation = np.array(palm_in_object.rotation)
         found = HandKinematics(problem.hand, problem.frames).compute(q, angular=True, derivatives=True)

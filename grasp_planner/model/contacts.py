@@ -8,17 +8,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from ..exceptions import InvalidValueError
+from ..hand.configuration import HandConfiguration
 from ..hand.contact_frame import ContactFrame
 from ..hand.hand import Hand
 from ..objects import GraspObject
-from ..spatial import Array, skew
+from ..spatial import Array, Pose, skew
+from ..values import Value
 
 
-@dataclass(frozen=True)
-class Contacts:
+@dataclass(frozen=True, eq=False, repr=False)
+class Contacts(Value):
     """n_c contacts of a hand with an object, in the object frame O.
 
     Attributes:
@@ -69,9 +70,7 @@ def grasp_matrix(points: Array) -> Array:
     return np.vstack([upper, lower])
 
 
-def hand_jacobian(
-    hand: Hand, frames: tuple[ContactFrame, ...], q: Array, palm_in_object: pin.SE3, points: Array
-) -> Array:
+def hand_jacobian(hand: Hand, frames: tuple[ContactFrame, ...], q: Array, palm_in_object: Pose, points: Array) -> Array:
     """Return the hand Jacobian J of the contact points, palm fixed, from Pinocchio's frame Jacobians.
 
     [Mavrogiannis2014] eq. (3), (5): velocities of the points of the links that are in contact, in O, by the
@@ -87,22 +86,10 @@ def hand_jacobian(
     Returns:
         J [m/rad], of shape (3 n_c, n_q).
     """
-    data = hand.model.createData()
-    full = hand.full_configuration(q)
-    pin.computeJointJacobians(hand.model, data, full)
-    pin.updateFramePlacements(hand.model, data)
-    object_from_root = palm_in_object * hand.palm_in_root.inverse()
-    rows = []
-    for frame, point in zip(frames, points, strict=True):
-        jacobian = pin.getFrameJacobian(hand.model, data, frame.frame_id, pin.LOCAL_WORLD_ALIGNED)
-        origin = object_from_root.act(data.oMf[frame.frame_id].translation)
-        linear = object_from_root.rotation @ jacobian[:3]
-        angular = object_from_root.rotation @ jacobian[3:]
-        rows.append((linear - skew(point - origin) @ angular) @ hand.coupling)
-    return np.vstack(rows)
+    return HandConfiguration(hand, q, palm_in_object).contact_jacobian(frames, points)
 
 
-def fingertip_positions(hand: Hand, frames: tuple[ContactFrame, ...], q: Array, palm_in_object: pin.SE3) -> Array:
+def fingertip_positions(hand: Hand, frames: tuple[ContactFrame, ...], q: Array, palm_in_object: Pose) -> Array:
     """Return the points of contact frames in O by Pinocchio's forward kinematics.
 
     Args:
@@ -114,10 +101,7 @@ def fingertip_positions(hand: Hand, frames: tuple[ContactFrame, ...], q: Array, 
     Returns:
         Positions in O [m], of shape (n_c, 3).
     """
-    data = hand.model.createData()
-    pin.framesForwardKinematics(hand.model, data, hand.full_configuration(q))
-    object_from_root = palm_in_object * hand.palm_in_root.inverse()
-    return np.array([object_from_root.act(data.oMf[frame.frame_id].act(np.array(frame.offset))) for frame in frames])
+    return HandConfiguration(hand, q, palm_in_object).contact_centres(frames)
 
 
 def synergy_jacobian(jacobian: Array, basis: Array) -> Array:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..checks import positive, unit_vector
 from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Array
+from ..values import Value, exact_text
 
 _AXES = {
     "x": (1, 0, 0, 0, 0, 0),
@@ -23,8 +24,8 @@ _AXES = {
 }
 
 
-@dataclass(frozen=True)
-class TaskDirection:
+@dataclass(frozen=True, eq=False, repr=False)
+class TaskDirection(Value):
     """One direction the grasp has to transmit, with its weight in the task index.
 
     Attributes:
@@ -51,8 +52,8 @@ class TaskDirection:
     @property
     def text(self) -> str:
         """The text form, which :func:`parse_task` reads back."""
-        numbers = ",".join(f"{value:.12g}" for value in self._components())
-        return f"{self.kind}:{numbers}" + ("" if self.weight == 1.0 else f"*{self.weight:.12g}")
+        numbers = ",".join(exact_text(value) for value in self._components())
+        return f"{self.kind}:{numbers}" + ("" if self.weight == 1.0 else f"*{exact_text(self.weight)}")
 
     def _components(self) -> Array:
         """Return the components that the text form lists."""

@@ -5,6 +5,7 @@ from .base import SurfaceSample as SurfaceSample
 from .ellipsoid import EllipsoidObject as EllipsoidObject
 from .mesh_file import MeshWarning as MeshWarning
 from .mesh_object import MeshObject as MeshObject
+from .mesh_solid import MeshSolid as MeshSolid
 from .primitives import Box as Box
 from .primitives import Capsule as Capsule
 from .primitives import Cylinder as Cylinder

@@ -15,6 +15,7 @@ import trimesh
 from ..checks import positive
 from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
+from ..values import Value, exact_text
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,8 @@ class SurfaceSample:
     hessian: Array
 
 
-@dataclass(frozen=True)
-class GraspObject(ABC):
+@dataclass(frozen=True, eq=False, repr=False)
+class GraspObject(Value, ABC):
     """An object with a smooth surface and a mass [kg].
 
     Subclasses give the signed distance; its gradient has length one wherever it is differentiable.
@@ -104,10 +105,20 @@ class GraspObject(ABC):
         sizes = {f.name: factor * getattr(self, f.name) for f in fields(self) if f.name not in ("mass", "caps")}
         return replace(self, **sizes)
 
+    @classmethod
+    def text_keys(cls) -> tuple[str, ...]:
+        """Return the keys of the text form."""
+        return tuple(field.name for field in fields(cls))
+
+    @classmethod
+    def of_values(cls, values: dict[str, Any]) -> GraspObject:
+        """Return the object of the entries of a text form."""
+        return cls(**values)
+
     @property
     def text(self) -> str:
         """The text form, which :func:`parse_object` reads back."""
-        values = (f"{f.name}={getattr(self, f.name):.12g}" for f in fields(self))
+        values = (f"{f.name}={exact_text(getattr(self, f.name))}" for f in fields(self))
         return f"{self.kind}:{','.join(values)}"
 
     @property

@@ -18,7 +18,7 @@ OFF_FACE = 1e-9
 """How far points are kept off the inner medial face, in semi-axes."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class EllipsoidObject(GraspObject):
     """An ellipsoid with its axes along those of O.
 

@@ -14,7 +14,7 @@ from ..spatial import Array
 from .base import GraspObject, SurfaceSample, check_sizes, rounded, rounded_solid
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sphere(GraspObject):
     """A ball.
 
@@ -50,7 +50,7 @@ class Sphere(GraspObject):
         return trimesh.creation.icosphere(subdivisions=3, radius=self.radius)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Cylinder(GraspObject):
     """A cylinder around the z axis.
 
@@ -132,7 +132,7 @@ class Cylinder(GraspObject):
         return trimesh.creation.cylinder(radius=self.radius, height=self.height, sections=64)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Capsule(GraspObject):
     """A cylinder around the z axis that ends in half balls.
 
@@ -177,7 +177,7 @@ class Capsule(GraspObject):
         return mesh
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Box(GraspObject):
     """A box with rounded edges.
 

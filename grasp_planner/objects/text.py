@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Any
 
 from ..exceptions import InvalidValueError, NameNotFoundError
@@ -36,7 +35,7 @@ def parse_object(text: str) -> GraspObject:
     if kind not in SHAPES:
         raise NameNotFoundError("object shape", kind, SHAPES)
     shape = SHAPES[kind]
-    known = tuple(field.name for field in fields(shape))
+    known = shape.text_keys()
     values: dict[str, Any] = {}
     for number, part in enumerate(filter(None, rest.split(","))):
         key, equals, value = (piece.strip() for piece in part.partition("="))
@@ -51,7 +50,7 @@ def parse_object(text: str) -> GraspObject:
         values[key] = value if key == "path" else _number(kind, key, value)
     if "path" in known and "path" not in values:
         raise InvalidValueError(f"object {kind}", text, f"{kind}:FILE, for instance {kind}:mug.stl,scale=0.001")
-    return shape(**values)
+    return shape.of_values(values)
 
 
 def _number(kind: str, key: str, text: str) -> float:

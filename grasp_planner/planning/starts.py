@@ -8,7 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..problem.problem import GraspProblem
-from ..spatial import Array, rotation_exp
+from ..spatial import Array, Pose, rotation_exp
+from ..values import Value
 
 STANDOFF = 0.05
 """How far the standard start keeps the object from the middle of the hand, along the palm normal [m]."""
@@ -16,8 +17,8 @@ ELONGATED = 1.3
 """Ratio of half extents from which an object counts as long; it is then grasped across its long axis."""
 
 
-@dataclass(frozen=True)
-class GraspStart:
+@dataclass(frozen=True, eq=False, repr=False)
+class GraspStart(Value):
     """A point to start from.
 
     Attributes:
@@ -28,9 +29,13 @@ class GraspStart:
     """
 
     joint_angles: Array
-    palm_pose: pin.SE3
+    palm_pose: Pose
     delta_sigma: Array
     prepared: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "palm_pose", Pose.of(self.palm_pose))
+        super().__post_init__()
 
 
 def standard_start(problem: GraspProblem) -> GraspStart:

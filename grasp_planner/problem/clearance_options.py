@@ -8,13 +8,14 @@ from typing import Literal
 
 from ..checks import positive
 from ..exceptions import InvalidValueError, NameNotFoundError
+from ..values import Value
 
 LinkObjectMode = Literal["geometry", "joint_centres", "off"]
 LINK_OBJECT_MODES: tuple[LinkObjectMode, ...] = ("geometry", "joint_centres", "off")
 
 
-@dataclass(frozen=True)
-class ClearanceOptions:
+@dataclass(frozen=True, eq=False, repr=False)
+class ClearanceOptions(Value):
     """What has to keep clear of what; everything is on unless switched off, the ground excepted.
 
     Attributes:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ..checks import finite_array, positive
 from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
+from ..values import Value
 
 
 def sphere_directions(*, edges: bool = False) -> Array:
@@ -31,8 +32,8 @@ def sphere_directions(*, edges: bool = False) -> Array:
     return readonly(directions / np.linalg.norm(directions, axis=1, keepdims=True))
 
 
-@dataclass(frozen=True)
-class LoadCases:
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadCases(Value):
     """Disturbances Δw of the external wrench that the grasp has to withstand, one at a time, and its limits.
 
     The hand answers passively, f_k = f − G_K^R Δw_k, or f − K Gᵀ ν_k to a displaced object. In every case forces lie

@@ -10,6 +10,7 @@ import numpy as np
 from ..checks import finite_array, positive
 from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Array, readonly
+from ..values import Value
 
 STANDARD_GRAVITY = 9.81
 """Gravity [m/s²]."""
@@ -18,8 +19,8 @@ STANDARD_GRAVITY = 9.81
 TorqueModel = Literal["total", "internal"]
 
 
-@dataclass(frozen=True)
-class GraspParameters:
+@dataclass(frozen=True, eq=False, repr=False)
+class GraspParameters(Value):
     """Parameters of the model; the defaults are those of [Mavrogiannis2014] section IV (choice A3).
 
     Attributes:
@@ -45,6 +46,7 @@ class GraspParameters:
     torque_model: TorqueModel = "total"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive("friction", self.friction)
         positive("structural_compliance", self.structural_compliance, unit="m/N")
         for value in np.atleast_1d(0.0 if self.joint_compliance is None else self.joint_compliance):

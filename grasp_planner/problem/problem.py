@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -18,6 +18,7 @@ from ..model.task_direction import TaskDirection, force_task
 from ..objects import GraspObject
 from ..spatial import Array, readonly
 from ..synergies.space import SynergySpace
+from ..values import Value
 from .clearance_options import ClearanceOptions
 from .load_cases import LoadCases
 from .parameters import GraspParameters
@@ -28,8 +29,8 @@ PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 8, 3
 """Number of synergies if none is given: with links that keep clear and load cases few rarely suffice."""
 
 
-@dataclass(frozen=True)
-class GraspProblem:
+@dataclass(frozen=True, eq=False, repr=False)
+class GraspProblem(Value):
     """A planning problem: everything that stays fixed while the planner searches.
 
     Attributes:
@@ -100,6 +101,17 @@ class GraspProblem:
             warnings.warn(message, ObjectSizeWarning, stacklevel=3)
         # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
         _ = self.synergies, self.joint_compliance
+
+    def _content(self) -> dict[str, Any]:
+        """Return the fields, those that may be left out as they are in use: equal problems ask the same."""
+        used: dict[str, Any] = {
+            "parameters": replace(self.parameters, joint_compliance=tuple(self.joint_compliance.tolist())),
+            "synergy_set": None,
+            "synergy_space": self.synergies,
+            "contact_set": self.contact_set or self.hand.contact_set_names[0],
+            "contacts": tuple(frame.name for frame in self.frames),
+        }
+        return super()._content() | used
 
     @classmethod
     def paper(cls, *fields: Any, **named: Any) -> GraspProblem:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 
+from ..hand.configuration import HandConfiguration
 from ..hand.contact_frame import ContactFrame
 from ..hand.hand import Hand
 from ..objects import GraspObject
@@ -43,10 +43,8 @@ def size_warning(hand: Hand, frames: tuple[ContactFrame, ...], grasp_object: Gra
 
 def hand_length(hand: Hand, frames: tuple[ContactFrame, ...]) -> float:
     """Return the distance from the palm to the farthest contact with every joint at its middle [m]."""
-    data = hand.model.createData()
-    pin.framesForwardKinematics(hand.model, data, hand.full_configuration(0.5 * (hand.lower + hand.upper)))
-    palm = hand.palm_in_root.translation
-    return max(float(np.linalg.norm(data.oMf[frame.frame_id].act(np.array(frame.offset)) - palm)) for frame in frames)
+    centres = HandConfiguration(hand, 0.5 * (hand.lower + hand.upper)).contact_centres(frames)
+    return float(np.linalg.norm(centres, axis=1).max())
 
 
 def _fits(sides: np.ndarray, length: float) -> bool:

@@ -58,7 +58,7 @@ def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[
     Args:
         world: The world body.
         problem: The problem, for hand and compliance.
-        root: Pose of the root of the URDF in the world, pin.SE3.
+        root: Pose of the root of the URDF in the world, a Pose.
         shapes: Solids that collide, in the frames of their joints.
 
     Returns:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 
 from ..collision.link_shapes import LinkShape, link_shapes
 from ..grasp.grasp import Grasp
@@ -49,17 +48,12 @@ class Tip:
 
 def fingertips(grasp: Grasp) -> tuple[Tip, ...]:
     """Return the fingertip of every contact of a grasp, in the order of its contacts."""
-    problem, hand = grasp.problem, grasp.problem.hand
-    data = hand.model.createData()
-    pin.forwardKinematics(hand.model, data, hand.full_configuration(grasp.joint_angles))
-    root = grasp.palm_pose * hand.palm_in_root.inverse()
     tips = []
-    contacts = grasp.contacts
-    for frame, normal, gap in zip(problem.frames, contacts.normals, contacts.gaps, strict=True):
+    joints, contacts = grasp.configuration.joint_poses, grasp.contacts
+    for frame, normal, gap in zip(grasp.problem.frames, contacts.normals, contacts.gaps, strict=True):
         centre = np.array(frame.centre)
         if frame.radius == 0.0:
-            turn = np.array((root * data.oMi[frame.joint_id]).rotation)
-            centre = centre - POINT_RADIUS * (turn.T @ normal)
+            centre = centre - POINT_RADIUS * (joints[frame.joint_id].rotation.T @ normal)
         radius = (frame.radius or POINT_RADIUS) + COMPRESSION + (float(gap) if abs(gap) < ROUNDING else 0.0)
         tips.append(Tip(frame.name, frame.frame, frame.joint_id, centre, radius, frame.radius == 0.0))
     return tuple(tips)

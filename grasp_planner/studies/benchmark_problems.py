@@ -54,7 +54,7 @@ def _ellipsoid(rng: np.random.Generator) -> GraspObject:
 def _mesh(name: str, rng: np.random.Generator) -> GraspObject:
     file, scale = MESHES[name]
     path = find_robot_file(f"{ROBOT_DATA}:robots/{file}", Path())
-    return MeshObject(path=str(path), scale=scale * float(rng.uniform(0.85, 1.1)), mass=MASS)
+    return MeshObject.load(path, scale=scale * float(rng.uniform(0.85, 1.1)), mass=MASS)
 
 
 OBJECTS: dict[str, Callable[[np.random.Generator], GraspObject]] = {

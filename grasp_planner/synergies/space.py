@@ -17,13 +17,14 @@ from ..checks import finite_array
 from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from ..files.text import finite_number, read_text_file
 from ..spatial import Array, readonly
+from ..values import Value
 
 MAX_SYNERGY_BYTES = 1_000_000
 """Largest synergy file that is read."""
 
 
-@dataclass(frozen=True)
-class SynergySpace:
+@dataclass(frozen=True, eq=False, repr=False)
+class SynergySpace(Value):
     """A space of postures q̄ + S σ.
 
     Attributes:
@@ -43,6 +44,7 @@ class SynergySpace:
     provenance: str = ""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         n_q = len(self.joint_names)
         if len(set(self.joint_names)) != n_q:
             raise InvalidValueError("joint_names", self.joint_names, "every joint once")

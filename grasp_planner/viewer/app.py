@@ -261,7 +261,7 @@ class GraspViewer:
 
     def _turn_task(self, point: Array) -> None:
         """Turn the first task towards a point in the world [m]."""
-        direction = np.array(self.session.live.object_pose.actInv(point))
+        direction = np.array(self.session.live.object_pose.inverse().act(point))
         length = float(np.linalg.norm(direction))
         if length > 1e-6:
             set_value(self.problem.direction, tuple(float(round(value, 3)) for value in direction / length))

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
 from ..problem.problem import GraspProblem
-from ..spatial import Array, readonly
+from ..spatial import Array, Pose, readonly
 from .squeeze import best_squeeze
 
 TOUCH_DISTANCE = 0.005
@@ -41,16 +40,16 @@ class LiveState:
     problem: GraspProblem
     sigma: Array
     delta_sigma: Array
-    hand_pose: pin.SE3
-    object_pose: pin.SE3
+    hand_pose: Pose
+    object_pose: Pose
     offset: Array
     gravity: Array
     bend: Array
 
     @classmethod
-    def of(cls, grasp: Grasp, object_pose: pin.SE3 | None = None) -> LiveState:
+    def of(cls, grasp: Grasp, object_pose: Pose | None = None) -> LiveState:
         """Return the state that shows a grasp, with the object at a pose in the world (identity if left out)."""
-        at = object_pose or pin.SE3.Identity()
+        at = Pose.identity() if object_pose is None else object_pose
         bend = _bend(grasp)
         return cls(
             problem=grasp.problem,
@@ -64,7 +63,7 @@ class LiveState:
         )
 
     @property
-    def palm_pose(self) -> pin.SE3:
+    def palm_pose(self) -> Pose:
         """Pose of the palm frame P in O."""
         return self.object_pose.inverse() * self.hand_pose
 
@@ -88,7 +87,7 @@ class LiveState:
         delta[:shared] = self.delta_sigma[:shared]
         return replace(self, problem=problem, sigma=sigma, delta_sigma=delta, offset=np.zeros(n_q))
 
-    def with_object_pose(self, pose: pin.SE3) -> LiveState:
+    def with_object_pose(self, pose: Pose) -> LiveState:
         """Return the state with the object elsewhere; gravity stays down in the world."""
         gravity = np.array(pose.rotation).T @ self.gravity
         if np.allclose(gravity, self.problem.parameters.gravity, rtol=0.0, atol=1e-12):
@@ -140,7 +139,7 @@ def _settle(state: LiveState, steps: int) -> Grasp:
     return grasp
 
 
-def _posture(state: LiveState, q: Array, palm: pin.SE3) -> Grasp:
+def _posture(state: LiveState, q: Array, palm: Pose) -> Grasp:
     """Return the grasp of a posture kept within the joint limits."""
     hand = state.problem.hand
     return Grasp(state.problem, np.clip(q, hand.lower, hand.upper), palm, state.delta_sigma)

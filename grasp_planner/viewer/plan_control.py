@@ -6,10 +6,10 @@ import html
 from collections.abc import Callable
 
 import numpy as np
-import pinocchio as pin
 
 from ..grasp.grasp import Grasp, IterationRecord
 from ..planning.starts import standard_start
+from ..spatial import Pose
 from .panels.plan import PlanPanel
 from .panels.widgets import set_value
 from .planning import PlanEvents, PlanningProcess, PlanRequest, SearchEnd
@@ -36,7 +36,7 @@ class PlanControl:
         self.session, self.panel, self.worker = session, panel, worker
         self._stop_animation, self._report = stop_animation, report
         self.planning = PlanningProcess()
-        self._object_pose = pin.SE3.Identity()
+        self._object_pose = Pose.identity()
         self._moves = 0
 
     @property
@@ -95,7 +95,7 @@ class PlanControl:
         found = any(grasp.feasible for grasp in session.results)
         if self._followed and not found and problem.hand is session.problem.hand:
             q = np.clip(last.joint_angles, problem.hand.lower, problem.hand.upper)
-            preview = Grasp(problem, q, pin.SE3(last.palm_pose), np.zeros(problem.n_synergies))
+            preview = Grasp(problem, q, Pose.of(last.palm_pose), np.zeros(problem.n_synergies))
             session.preview, session.dirty = Preview(preview, f"Searching: {message}"), True
 
     def _add_result(self, grasp: Grasp) -> None:

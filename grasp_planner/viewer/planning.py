@@ -8,8 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import pinocchio as pin
-
 from ..grasp.grasp import Grasp, IterationRecord, SearchReport
 from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
@@ -17,7 +15,7 @@ from ..planning.starts import GraspStart
 from ..problem.problem import GraspProblem
 from ..processes import Job, JobContext, JobFunction, WorkerProcess
 from ..processes.worker_process import STANDARD_ERROR
-from ..spatial import Array
+from ..spatial import Array, Pose
 
 GRACE_S = 0.12
 """How long a cancelled search may take to stop by itself before its process is ended [s]."""
@@ -215,10 +213,10 @@ def _first_start(request: PlanRequest) -> GraspStart | None:
     if request.start is None:
         return None
     q, pose, delta_sigma = request.start
-    return GraspStart(q, pin.SE3(pose), delta_sigma)
+    return GraspStart(q, Pose.of(pose), delta_sigma)
 
 
 def _grasp(problem: GraspProblem, content: tuple[Array, Array, Array, SearchReport]) -> Grasp:
     """Return the grasp that was sent."""
     q, pose, delta_sigma, search = content
-    return Grasp(problem, q, pin.SE3(pose), delta_sigma, search)
+    return Grasp(problem, q, Pose.of(pose), delta_sigma, search)

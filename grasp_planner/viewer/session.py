@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 
 from ..grasp.grasp import Grasp
 from ..problem.problem import GraspProblem
-from ..spatial import Array
+from ..spatial import Array, Pose
 from .live import LiveState, evaluate
 
 
@@ -64,7 +63,7 @@ class Session:
         """The problem of the grasp shown."""
         return self.live.problem
 
-    def show(self, grasp: Grasp, note: str = "", *, object_pose: pin.SE3 | None = None) -> None:
+    def show(self, grasp: Grasp, note: str = "", *, object_pose: Pose | None = None) -> None:
         """Show a grasp exactly as it is.
 
         Args:
@@ -103,12 +102,12 @@ class Session:
         self.live = replace(self.live, delta_sigma=factor * self.base_squeeze)
         self._changed()
 
-    def set_hand_pose(self, pose: pin.SE3) -> None:
+    def set_hand_pose(self, pose: Pose) -> None:
         """Put the palm at a pose in the world."""
         self.live = replace(self.live, hand_pose=pose)
         self._changed()
 
-    def set_object_pose(self, pose: pin.SE3) -> None:
+    def set_object_pose(self, pose: Pose) -> None:
         """Put the object at a pose in the world."""
         self.live = self.live.with_object_pose(pose)
         self._changed()
@@ -147,7 +146,7 @@ class Session:
         self.results = sorted([*self.results, grasp], key=_rank)
         return self.results[0] is grasp
 
-    def show_result(self, index: int, object_pose: pin.SE3 | None = None) -> None:
+    def show_result(self, index: int, object_pose: Pose | None = None) -> None:
         """Show a result by its rank, from 0."""
         if not self.results:
             return

@@ -13,6 +13,7 @@ import pinocchio as pin
 from ..exceptions import FileFormatError, InvalidValueError
 from ..grasp.grasp import Grasp
 from ..simulate import Frame, Simulation
+from ..spatial import Pose
 from .scene.draw_grasp import DisplayOptions
 from .scene.picture3d import Picture
 from .server import LocalServer
@@ -90,7 +91,7 @@ def _show(session: Session, grasp: Grasp, frame: Frame) -> None:
     distance = float(np.linalg.norm(position))
     position *= min(1.0, FAR / max(distance, 1e-12))
     w, x, y, z = (float(value) for value in frame.object_pose[3:])
-    at = pin.SE3(pin.Quaternion(np.array([x, y, z, w])).normalized().matrix(), position)
+    at = Pose(pin.Quaternion(np.array([x, y, z, w])).normalized().matrix(), position)
     session.live = replace(session.live, object_pose=at)
     # The palm is fixed in the world; a grasp knows it in the frame of the object.
     posture = Grasp(grasp.problem, frame.joint_angles, at.inverse() * grasp.palm_pose, grasp.delta_sigma)

@@ -74,7 +74,7 @@ def test_dexgraspbench_round_trip(planned, tmp_path, all_joints):
             np.testing.assert_array_equal(pose[7:], expected)
             assert np.linalg.norm(pose[3:7]) == pytest.approx(1.0)
             palm = palm_pose_of(pose, hand)
-            assert palm.isApprox(grasp.palm_pose, 1e-12)
+            assert palm.near(grasp.palm_pose, 1e-12)
         expected = dexgraspbench_grasp(grasp, all_joints=all_joints)
         np.testing.assert_array_equal(found.pregrasp, expected.pregrasp)
         np.testing.assert_array_equal(found.pregrasp[:7], found.grasp[:7])

@@ -119,18 +119,18 @@ def test_cache_is_used_and_not_trusted(tmp_path, monkeypatch):
     """The second time nothing is built; a damaged file is built anew; the content decides, not the name."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     path = box(tmp_path, size=(0.02, 0.02, 0.02))
-    first = gp.MeshObject(path=str(path))
+    first = gp.MeshObject.load(path)
     (stored,) = grid_cache.cache_folder().iterdir()
     monkeypatch.setattr(grid_cache, "build_distance_grid", None)
     copy = tmp_path / "other.stl"
     copy.write_bytes(path.read_bytes())
     points = surface_points(first, 5)
-    np.testing.assert_array_equal(gp.MeshObject(path=str(copy)).sample(points).distance, first.sample(points).distance)
+    np.testing.assert_array_equal(gp.MeshObject.load(copy).sample(points).distance, first.sample(points).distance)
     monkeypatch.undo()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     for damage in (b"", b"PK\x03\x04 not a zip", stored.read_bytes()[:2000]):
         stored.write_bytes(damage)
-        assert gp.MeshObject(path=str(path)).distance_error == first.distance_error
+        assert gp.MeshObject.load(path).distance_error == first.distance_error
 
 
 @pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "dae"])
@@ -168,7 +168,7 @@ def join_at_an_edge(mesh):
 
 def test_an_edge_of_four_triangles_is_not_manifold(tmp_path):
     with pytest.raises(gp.FileFormatError, match="is not manifold: 1 edges join more than two triangles"):
-        gp.MeshObject(path=str(box(tmp_path, "edge.ply", change=join_at_an_edge)))
+        gp.MeshObject.load(box(tmp_path, "edge.ply", change=join_at_an_edge))
 
 
 BAD = [
@@ -183,9 +183,9 @@ BAD = [
 def test_defects_are_named_and_repaired_on_demand(tmp_path, change, reason, said):
     path = box(tmp_path, "bad.ply", change=change)
     with pytest.raises(gp.FileFormatError, match=reason):
-        gp.MeshObject(path=str(path))
+        gp.MeshObject.load(path)
     with pytest.warns(gp.MeshWarning, match=said):
-        mended = gp.MeshObject(path=str(path), repair=1, resolution=0.004)
+        mended = gp.MeshObject.load(path, repair=1, resolution=0.004)
     assert mended.repairs and mended.mesh.is_watertight
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gp.MeshWarning)
@@ -236,4 +236,4 @@ def test_a_hollow_body_is_a_solid(tmp_path):
 def test_wrong_units_are_guessed(tmp_path, factor, guess):
     path = box(tmp_path, size=tuple(factor * np.array([0.05, 0.06, 0.08])))
     with pytest.warns(gp.MeshWarning, match=guess):
-        gp.MeshObject(path=str(path), resolution=0.004 * factor)
+        gp.MeshObject.load(path, resolution=0.004 * factor)

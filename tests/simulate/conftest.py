@@ -4,17 +4,14 @@ from dataclasses import replace
 
 import pytest
 
-import grasp_planner as gp
 from grasp_planner.simulate import find_protocol
+from tests.stored import stored
 
 
 @pytest.fixture(scope="session")
-def held(right):
+def held():
     """Spherical fingertips, every joint free, on a cylinder of 36 mm radius."""
-    problem = gp.GraspProblem.paper(
-        right, gp.Cylinder(radius=0.036), n_synergies=15, synergy_set="native", contact_set="sphere"
-    )
-    grasp = gp.plan_grasp(problem, seed=0, options=gp.PlannerOptions(enough=1))
+    grasp = stored("round_15")
     assert grasp.feasible
     return grasp
 

@@ -64,7 +64,7 @@ def test_an_open_hand_loses_the_object(held, tips_only):
 
 
 def test_a_buried_hand_is_refused(held, tips_only):
-    shifted = held.palm_pose.copy()
+    shifted = held.palm_pose.se3()
     shifted.translation = shifted.translation - 0.02 * held.contacts.normals[0]
     buried = gp.Grasp(held.problem, held.joint_angles, shifted, held.delta_sigma)
     found = simulate_grasp(buried, tips_only)

@@ -97,7 +97,7 @@ def test_gizmos_move_hand_and_object(viewer):
     viewer.synergies.move_hand.value = True
     settle(viewer)
     assert gizmo.visible
-    moved = viewer.session.live.object_pose.copy()
+    moved = viewer.session.live.object_pose.se3()
     moved.translation = np.array([0.0, 0.0, 0.05])
     viewer.worker.submit(lambda: viewer.session.set_object_pose(moved))
     settle(viewer)

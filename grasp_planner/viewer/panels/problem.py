@@ -255,6 +255,8 @@ def _range(name: str) -> dict[str, Any]:
     """Return range and step of a size, by its name."""
     if name == "mass":
         return {"min": 0.001, "max": 20.0, "step": 0.01}
+    if name == "size":
+        return {"min": 0.1, "max": 10.0, "step": 0.01}
     if name == "caps":
         return {"min": 0.0, "max": 1.0, "step": 1.0}
     return {"min": 1e-4, "max": 1.0, "step": 0.001}

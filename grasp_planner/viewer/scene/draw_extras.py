@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-import pinocchio as pin
 import viser
 
 from ...drawing import look
@@ -86,14 +85,11 @@ EXTRAS: tuple[type[ExtraDrawing], ...] = (TorqueDrawing, ClearanceDrawing, Weake
 
 def torque_arrows(grasp: Grasp) -> Array:
     """Return arrows along the joint axes, as long as the torques are large, in O [m], of shape (n_q, 2, 3)."""
-    hand = grasp.problem.hand
-    data = hand.model.createData()
-    pin.computeJointJacobians(hand.model, data, hand.full_configuration(grasp.joint_angles))
-    root = grasp.palm_pose * hand.palm_in_root.inverse()
+    hand, configuration = grasp.problem.hand, grasp.configuration
     arrows = []
     for name, torque in zip(hand.joint_names, grasp.joint_torques, strict=True):
         joint = hand.model.getJointId(name)
-        axis = np.array(root.rotation) @ data.J[3:, hand.model.joints[joint].idx_v]
-        begin = np.array(root.act(data.oMi[joint].translation))
+        axis = configuration.joint_axes[hand.model.joints[joint].idx_v]
+        begin = configuration.joint_poses[joint].translation
         arrows.append([begin, begin + look.TORQUE_SCALE * torque * axis])
     return np.array(arrows)

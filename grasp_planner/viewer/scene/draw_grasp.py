@@ -16,7 +16,7 @@ from ...exceptions import GraspPlannerError
 from ...grasp.grasp import Grasp
 from ...model.task import transmission_ellipsoid
 from ...problem.problem import GraspProblem
-from ...spatial import Array, rotation_between
+from ...spatial import Array, Pose, rotation_between
 from ..live import contact_share
 from .draw_hand import place
 from .shapes import Faces, cone_mesh, ellipsoid_shape
@@ -87,7 +87,7 @@ class GraspDrawing:
         """Take it out of the scene."""
         self._root.remove()
 
-    def move(self, pose: pin.SE3) -> None:
+    def move(self, pose: Pose) -> None:
         """Put the object with all that belongs to it at a pose in the world."""
         place(self._root, pose)
 

@@ -11,8 +11,9 @@ import viser
 
 from ...drawing import look
 from ...drawing.meshes import geometry_mesh, link_meshes
+from ...hand.configuration import HandConfiguration
 from ...hand.hand import Hand
-from ...spatial import Array
+from ...spatial import Array, Pose
 
 
 class HandDrawing:
@@ -51,9 +52,8 @@ class HandDrawing:
         self._colours: dict[str, look.Colour] = {}
         # Of the standard contacts only: those of power grasps are on every link.
         self._tips = {frame.joint_id for frame in hand.contact_frames(None)}
-        self._data = hand.model.createData()
         self._root = scene.add_frame(name, show_axes=False, visible=visible)
-        self._placements: list[Array] = [np.eye(4)] * hand.model.njoints
+        self._placements = [Pose.identity()] * hand.model.njoints
         self._joints = self._add_joints(scene, name)
         if ghost is None:
             self._add_links(scene)
@@ -70,21 +70,20 @@ class HandDrawing:
         if self._root.visible != shown:
             self._root.visible = shown
 
-    def move(self, q: Array, palm: pin.SE3) -> None:
+    def move(self, q: Array, palm: Pose) -> None:
         """Show a posture.
 
         Args:
             q: Independent joint angles [rad], of shape (n_q,).
             palm: Pose of the palm frame P in the world.
         """
-        hand = self.hand
-        pin.forwardKinematics(hand.model, self._data, hand.full_configuration(np.asarray(q)))
-        place(self._root, palm * hand.palm_in_root.inverse())
+        configuration = HandConfiguration(self.hand, q, palm)
+        place(self._root, configuration.root_pose)
         for joint, frame in self._joints.items():
-            placement = self._data.liMi[joint].homogeneous
-            if not np.array_equal(placement, self._placements[joint]):
-                self._placements[joint] = placement.copy()
-                place(frame, self._data.liMi[joint])
+            placement = configuration.joint_poses_in_parents[joint]
+            if placement != self._placements[joint]:
+                self._placements[joint] = placement
+                place(frame, placement)
 
     def paint(self, special: dict[str, look.Colour]) -> None:
         """Colour the geometries of some links and give the others their usual colour.
@@ -161,23 +160,23 @@ class HandDrawing:
         return look.PAD if joint in self._tips else look.HAND
 
 
-def place(handle: Any, pose: pin.SE3) -> None:
+def place(handle: Any, pose: Pose) -> None:
     """Put a scene node at a pose in the frame of its parent."""
     handle.position = np.array(pose.translation)
     handle.wxyz = quaternion_wxyz(pose)
 
 
-def quaternion_wxyz(pose: pin.SE3) -> Array:
+def quaternion_wxyz(pose: Pose) -> Array:
     """Return the orientation of a pose in viser's order (w, x, y, z)."""
     x, y, z, w = pin.Quaternion(np.array(pose.rotation)).coeffs()
     return np.array([w, x, y, z])
 
 
-def pose_of(handle: Any) -> pin.SE3:
+def pose_of(handle: Any) -> Pose:
     """Return the pose of a scene node in the frame of its parent."""
     w, x, y, z = np.asarray(handle.wxyz, dtype=float)
     rotation = pin.Quaternion(np.array([x, y, z, w])).normalized().matrix()
-    return pin.SE3(rotation, np.asarray(handle.position, dtype=float))
+    return Pose(rotation, np.array(handle.position, dtype=float))
 
 
 def _rounded(geometry: Any, mesh: trimesh.Trimesh) -> trimesh.Trimesh:

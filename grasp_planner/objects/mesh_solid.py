@@ -1,0 +1,168 @@
+"""The solid of a mesh file as it is held by an object: triangles about the centre of mass and a distance grid.
+
+Loading reads and repairs the file, builds the grid or takes it from the cache, and warns; holding it does nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from ..checks import positive
+from ..exceptions import InvalidValueError
+from ..spatial import Array, Indices, readonly
+from ..values import Value
+from .distance_grid import DistanceGrid
+from .grid_cache import cached_distance_grid
+from .mesh_file import MeshWarning, read_solid
+
+CELLS = 100
+"""Grid cells along the longest side unless a resolution is given …"""
+COARSEST, FINEST = 1e-3, 0.3e-3
+"""… but no coarser and no finer than this [m] …"""
+TOLERANCE = 0.3e-3
+"""… and finer where the measured error is larger than this [m]."""
+SMALL, LARGE = 0.01, 1.0
+"""Longest side of what a hand grasps [m]; outside, the unit is likely wrong."""
+UNITS = {"millimetres": 1e-3, "inches": 0.0254, "centimetres": 1e-2, "metres": 1e3, "micrometres": 1e-6}
+"""Units by the scale that mends them, likeliest first (``metres``: a file in metres that was scaled to mm)."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshSolid(Value):
+    """A solid loaded from a mesh file; its axes are those of the file, its origin is the centre of mass.
+
+    Attributes:
+        path: The file, as given.
+        scale: Factor from the unit of the file to metres.
+        resolution: Spacing of the distance grid as asked for [m]; None if it follows from the size.
+        repair: Whether holes, flipped triangles and overlapping parts were to be mended (1) or refused (0).
+        vertices: Vertices [m], of shape (n, 3), read-only.
+        faces: Their triangles, of shape (m, 3), read-only.
+        file_origin: Origin of the file's frame [m], of shape (3,).
+        repairs: What was repaired, one sentence each.
+        grid: Its signed distance.
+    """
+
+    path: str
+    scale: float
+    resolution: float | None
+    repair: float
+    vertices: Array
+    faces: Indices
+    file_origin: Array
+    repairs: tuple[str, ...]
+    grid: DistanceGrid
+
+    def _content(self) -> dict[str, Any]:
+        """Return what it was loaded from and a hash of its triangles; its grid follows from these."""
+        digest = hashlib.sha256(self.vertices.tobytes() + self.faces.tobytes()).hexdigest()
+        found = {name: value for name, value in super()._content().items() if name not in ("vertices", "faces", "grid")}
+        return found | {"triangles": digest, "error": self.grid.error}
+
+    def __repr__(self) -> str:
+        return f"MeshSolid({self.path!r}, {len(self.faces)} triangles)"
+
+    @property
+    def mesh(self) -> trimesh.Trimesh:
+        """The triangles as a new mesh."""
+        return trimesh.Trimesh(vertices=np.array(self.vertices), faces=np.array(self.faces), process=False)
+
+    @cached_property
+    def bounds(self) -> Array:
+        """Lower and upper corner of the bounding box [m], of shape (2, 3)."""
+        return readonly([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    @cached_property
+    def longest_side(self) -> float:
+        """Longest side of the bounding box [m]."""
+        return float((self.bounds[1] - self.bounds[0]).max())
+
+    @cached_property
+    def volume(self) -> float:
+        """Volume [m³]."""
+        return float(self.mesh.volume)
+
+
+def load_mesh_solid(
+    path: str | Path, *, scale: float = 1.0, resolution: float | None = None, repair: float = 0
+) -> MeshSolid:
+    """Load a solid from a mesh file; takes seconds the first time, when its distance grid is built.
+
+    Warns with :class:`MeshWarning` of what was repaired, of a size that is none for a hand, and of a distance that
+    is not as exact as wanted.
+
+    Args:
+        path: STL, OBJ, PLY, GLB or DAE file.
+        scale: Factor from the unit of the file to metres.
+        resolution: Spacing of the distance grid [m]; None for a hundredth of the longest side, 0.3 to 1 mm, and
+            finer if the distance is not exact to 0.3 mm.
+        repair: Whether to mend holes, flipped triangles and overlapping parts (1) or refuse them (0).
+
+    Returns:
+        The solid.
+
+    Raises:
+        InvalidValueError: If a number is out of range, or the text form can't carry the path.
+        FileFormatError: If the file can't be read or is no solid.
+    """
+    text = str(path)
+    positive("object mesh.scale", scale)
+    if repair not in (0, 1):
+        raise InvalidValueError("object mesh.repair", repair, "0 or 1")
+    solid = read_solid(_checked_path(text), repair=bool(repair))
+    mesh = solid.mesh
+    mesh.apply_scale(scale)
+    centre = readonly(mesh.center_mass)
+    mesh.apply_translation(-centre)
+    _warn(text, solid.repairs, float(mesh.extents.max()), scale)
+    return MeshSolid(
+        path=text,
+        scale=float(scale),
+        resolution=resolution,
+        repair=repair,
+        vertices=np.array(mesh.vertices, dtype=float),
+        faces=np.array(mesh.faces, dtype=np.int64),
+        file_origin=readonly(-centre),
+        repairs=solid.repairs,
+        grid=_distance_grid(text, mesh, resolution),
+    )
+
+
+def _distance_grid(path: str, mesh: trimesh.Trimesh, resolution: float | None) -> DistanceGrid:
+    """Return the distance grid, and warn if it could not be made as exact as wanted."""
+    if resolution is not None:
+        return cached_distance_grid(mesh, positive("object mesh.resolution", resolution, unit="m"))
+    spacing = float(np.clip(mesh.extents.max() / CELLS, FINEST, COARSEST))
+    grid = cached_distance_grid(mesh, spacing, TOLERANCE)
+    if grid.error > TOLERANCE and mesh.extents.max() <= LARGE:
+        message = f"{path}: its distance is exact to {1e3 * grid.error:.2f} mm only (thin or sharp parts)"
+        warnings.warn(message, MeshWarning, stacklevel=4)
+    return grid
+
+
+def _checked_path(text: str) -> Path:
+    """Return the path of a mesh; the text form has to be able to carry it."""
+    if not text or text != text.strip() or any(sign in text for sign in ",=\n\r\0"):
+        raise InvalidValueError("object mesh.path", text, "a file name without comma, equals sign or line break")
+    return Path(text)
+
+
+def _warn(path: str, repairs: tuple[str, ...], size: float, scale: float) -> None:
+    """Warn of what was repaired, and of a size no hand can hold, with a guess at the unit."""
+    for repair in repairs:
+        warnings.warn(f"{path}: {repair}", MeshWarning, stacklevel=4)
+    if SMALL <= size <= LARGE:
+        return
+    fitting = [(unit, factor) for unit, factor in UNITS.items() if 3 * SMALL <= size * factor <= LARGE / 2]
+    guess = f"; in {fitting[0][0]}, scale={scale * fitting[0][1]:.6g} would fit" if fitting else ""
+    warnings.warn(
+        f"{path}: its longest side is {size:.3g} m, which is no size for a hand{guess}", MeshWarning, stacklevel=4
+    )
