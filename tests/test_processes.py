@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from grasp_planner import GraspPlannerError
+from grasp_planner.exceptions import GraspPlannerError
 from grasp_planner.processes import Job, JobError, JobFunction, WorkerProcess, answers_in_order, work_off
 from grasp_planner.processes import pool as pool_module
 from grasp_planner.processes.errors import WorkerStartError
