@@ -114,7 +114,7 @@ def plan(viewer: GraspViewer) -> None:
 def watch_memory(viewer: GraspViewer, plans: int) -> None:
     """Print the memory of the viewer and of its planning process over many short plans."""
     viewer.plan.enough.value, viewer.plan.starts.value, viewer.plan.from_here.value = 1, 1, True
-    pid = viewer.planning._process.pid
+    pid = viewer.planning.pid
     assert pid is not None
     began, tenth = time.perf_counter(), max(1, plans // SAMPLES)
     for done in range(1, plans + 1):

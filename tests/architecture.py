@@ -16,6 +16,7 @@ ROOMS = (
     "spatial",
     "checks",
     "files",
+    "processes",
     "synergies",
     "hand",
     "objects",

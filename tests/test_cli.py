@@ -162,10 +162,14 @@ def test_bench_refuses_nonsense():
         assert value.split(",")[-1] in result.output
 
 
-@pytest.mark.parametrize("missing", ["pyarrow", "yaml"])
-def test_without_the_extra_batch_planning_says_what_to_install(missing, tmp_path):
+BATCH_WORDS, STUDY_WORDS = ["batch", "spec.yaml", "--dry-run"], ["study-synergies", "--out", "study"]
+
+
+@pytest.mark.parametrize(
+    ("missing", "words"), [("pyarrow", BATCH_WORDS), ("yaml", BATCH_WORDS), ("pyarrow", STUDY_WORDS)]
+)
+def test_without_the_extra_batch_planning_says_what_to_install(missing, words, tmp_path):
     (tmp_path / "spec.yaml").write_text("blocks: [{fixed: {seed: 1}}]")
-    words = ["batch", "spec.yaml", "--dry-run"]
     code = f"import sys; sys.modules[{missing!r}] = None; from grasp_planner.cli.main import main; main({words})"
     finished = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert finished.returncode == 2

@@ -9,6 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
+from grasp_planner.batch import load_table
+from grasp_planner.batch.store import part_files, read_run_info
 from grasp_planner.cli.main import main
 from grasp_planner.cli.options import parse_counts, parse_names
 from grasp_planner.judge.margins import UNBOUNDED
@@ -22,7 +24,7 @@ from grasp_planner.studies.study_margins import (
     static_margins,
 )
 from grasp_planner.studies.study_statistics import prediction, roc_curve
-from grasp_planner.studies.synergy_study import StudyRow, StudySettings, run_study, study_case
+from grasp_planner.studies.synergy_study import StudyRow, StudySettings, load_study, run_study, study_case
 from grasp_planner.studies.synergy_study_page import count_rows, margin_rows, rest_rows, write_study
 from grasp_planner.studies.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
 
@@ -124,21 +126,72 @@ def test_margins_are_those_of_what_is_simulated(right):
     np.testing.assert_array_equal(same.forces, grasp.forces)
 
 
+QUICK = StudySettings(counts=(1,), clearance=True, cpu_limit_s=0.05, time_limit_s=None, problems=3)
+"""Searches that end at once, without a grasp."""
+
+
+def cut_last_line(folder):
+    """Leave behind what a kill in the middle of a write does: rows in a journal, the last one cut off."""
+    rows = load_table(folder).to_pylist()
+    for path in part_files(folder):
+        path.unlink()
+    lines = [json.dumps(row) for row in rows]
+    (folder / "journal-000001.jsonl").write_text("\n".join(lines)[: -len(lines[-1]) // 2], encoding="utf-8")
+
+
+def test_a_study_goes_on_after_a_row_that_was_cut_off(tmp_path):
+    first = run_study(QUICK, tmp_path)
+    assert (first.done, first.resumed, first.interrupted) == (3, 0, False)
+    rows = load_study(tmp_path)
+    assert [row.key for row in rows] == list(QUICK.cases)
+    cut_last_line(tmp_path)
+    assert load_study(tmp_path) == rows[:2]
+    again = run_study(QUICK, tmp_path)
+    assert (again.done, again.resumed) == (3, 2)
+    assert load_study(tmp_path) == rows
+
+
+def test_a_study_grows_by_more_problems(tmp_path):
+    run_study(replace(QUICK, problems=1), tmp_path)
+    grown = run_study(replace(QUICK, problems=2), tmp_path)
+    assert (grown.done, grown.resumed) == (2, 1)
+    assert [row.seed for row in load_study(tmp_path)] == [0, 1]
+    with pytest.raises(gp.FileFormatError, match="at least as many"):
+        run_study(replace(QUICK, problems=1), tmp_path)
+
+
+def test_a_case_without_an_answer_is_a_row_that_says_so(tmp_path):
+    # The worker has no part in it: it looks for a kind of object that it does not know.
+    settings = replace(QUICK, problems=1)
+    object.__setattr__(settings, "object_kinds", ("wind",))
+    assert run_study(settings, tmp_path).done == 1
+    (row,) = load_study(tmp_path)
+    assert not row.feasible
+    assert "unknown kind of object 'wind'" in row.message
+
+
+@pytest.mark.slow
+def test_rows_do_not_depend_on_the_number_of_workers(tmp_path):
+    settings = StudySettings(object_kinds=("cylinder", "sphere"), counts=(15,), problems=2, contact_set="sphere")
+    for workers in (1, 2):
+        run_study(settings, tmp_path / str(workers), workers)
+    one, two = (load_table(tmp_path / str(workers)) for workers in (1, 2))
+    assert one.equals(two)
+    assert any(one["passed"].to_pylist())
+
+
 @pytest.mark.slow
 def test_a_study_grows_and_is_written(tmp_path):
     settings = StudySettings(object_kinds=("cylinder", "sphere"), counts=(15,), problems=1, contact_set="sphere")
-    first = next(run_study(settings, tmp_path))
-    rows = list(run_study(settings, tmp_path))
+    run_study(settings, tmp_path)
+    rows = load_study(tmp_path)
     assert [row.key for row in rows] == [("native", "cylinder", 15, 0), ("native", "sphere", 15, 0)]
-    assert rows[0] == first
     assert rows[0] == study_case(settings, rows[0].key)
     more = replace(settings, problems=2)
-    grown = list(run_study(more, tmp_path))
+    run_study(more, tmp_path, workers=2)
+    grown = load_study(tmp_path)
     assert grown[:2] == rows
-    assert {row.key for row in grown} == set(more.cases)
-    lines = (tmp_path / "rows.jsonl").read_text(encoding="utf-8").splitlines()
-    assert len(lines) == 4
-    assert [json.loads(line)["object_kind"] for line in lines] == ["cylinder", "sphere", "cylinder", "sphere"]
+    assert [row.key for row in grown] == list(more.cases)
     assert all(row.normal_force_error < 0.1 and row.rest_displacement < 1e-3 for row in grown if row.rest_held)
     write_study(tmp_path, grown, more)
     page = (tmp_path / "study.html").read_text(encoding="utf-8")
@@ -146,9 +199,9 @@ def test_a_study_grows_and_is_written(tmp_path):
     assert len(margin_rows(grown)) == len(MARGINS)
     assert len(best_margins(grown)) <= 6
     with pytest.raises(gp.FileFormatError, match=r"other settings \(squeeze: 1.0 there, 2.0 asked for\)"):
-        next(run_study(replace(more, squeeze=2.0), tmp_path))
+        run_study(replace(more, squeeze=2.0), tmp_path)
     with pytest.raises(gp.FileFormatError, match="at least as many"):
-        next(run_study(settings, tmp_path))
+        run_study(settings, tmp_path)
 
 
 @pytest.mark.slow
@@ -168,13 +221,11 @@ def test_load_cases_hold_more(tmp_path):
     arguments += ["--loads", "--friction-safety", "1.5", "--cpu-limit", "20", "--out", str(tmp_path / "study")]
     done = CliRunner().invoke(main, ["study-synergies", *arguments])
     assert done.exit_code == 0, done.output
-    settings = json.loads((tmp_path / "study" / "study.json").read_text(encoding="utf-8"))
+    settings = json.loads(read_run_info(tmp_path / "study").spec)
     assert settings["loads"]
     assert settings["friction_safety"] == 1.5
     assert (settings["time_limit_s"], settings["cpu_limit_s"]) == (None, 20.0)
-    lines = (tmp_path / "study" / "rows.jsonl").read_text(encoding="utf-8").splitlines()
-    rows = [StudyRow(**json.loads(line)) for line in lines]
-    for row in rows:
+    for row in load_study(tmp_path / "study"):
         assert row.feasible
         assert row.margins["passive, six pushes [N]"] >= 1.0
         assert row.margins["least friction share"] >= 1.0 - 1.0 / 1.5 - 1e-6
@@ -212,12 +263,12 @@ def test_mistakes_are_one_line(tmp_path, arguments, message):
 
 @pytest.mark.parametrize("text", ["[]", "{", '{"problems": 20}'])
 def test_the_folder_of_something_else_is_refused(tmp_path, text):
-    (tmp_path / "study.json").write_text(text, encoding="utf-8")
+    (tmp_path / "run.json").write_text(text, encoding="utf-8")
     done = CliRunner().invoke(main, ["study-synergies", "--out", str(tmp_path)])
     assert done.exit_code == 2
     assert str(tmp_path) in done.output.replace("\n", "")
     assert "Traceback" not in done.output
-    assert (tmp_path / "study.json").read_text(encoding="utf-8") == text
+    assert (tmp_path / "run.json").read_text(encoding="utf-8") == text
 
 
 def test_lists():

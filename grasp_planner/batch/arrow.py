@@ -25,6 +25,7 @@ _TYPES: dict[str, Any] = {
     "list<double>": _NUMBERS,
     "list<list<double>>": pa.list_(_NUMBERS),
     "list<string>": pa.list_(pa.string()),
+    "list<struct<name: string, value: double>>": pa.list_(pa.struct({"name": pa.string(), "value": pa.float64()})),
     "list<struct<name: string, value: double, unit: string>>": pa.list_(
         pa.struct({"name": pa.string(), "value": pa.float64(), "unit": pa.string()})
     ),

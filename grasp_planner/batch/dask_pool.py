@@ -1,7 +1,7 @@
 """The workers of an existing Dask scheduler; each runs its cases in a worker process of its own.
 
-The process is the same as on one machine (:class:`~.process.WorkerProcess`), so a case that hangs or crashes is
-stopped at its limit there and never takes the Dask worker with it. A Dask worker that is lost has its cases
+The process is the same as on one machine (:class:`~grasp_planner.processes.WorkerProcess`), so a job that hangs or
+crashes is stopped at its limit there and never takes the Dask worker with it. A Dask worker that is lost has its jobs
 given to another one by Dask itself.
 """
 
@@ -14,10 +14,9 @@ import uuid
 from collections.abc import Sequence
 from typing import Any
 
-from .case import GraspCase
+from ..processes import Job, JobFunction, JobOutcome, LocalPool
+from ..processes.worker_process import START_LIMIT_S
 from .errors import BatchDependencyError, SchedulerError
-from .pool import LocalPool, Outcome
-from .process import START_LIMIT_S, Job
 
 try:
     import distributed
@@ -32,16 +31,16 @@ REFRESH_S = 2.0
 """How often the number of threads is looked up [s]."""
 
 
-class CaseSlots(distributed.WorkerPlugin):
+class JobSlots(distributed.WorkerPlugin):
     """Keeps the worker processes of one Dask worker, one for each of its threads.
 
     Args:
-        planner: What plans, as ``module:function``.
+        function: What answers the jobs.
         spec_hash: Hash of all cases of the run.
     """
 
-    def __init__(self, planner: str, spec_hash: str) -> None:
-        self.planner, self.spec_hash = planner, spec_hash
+    def __init__(self, function: JobFunction, spec_hash: str) -> None:
+        self.function, self.spec_hash = function, spec_hash
         self.name = f"grasp-planner-{spec_hash}"
 
     def setup(self, worker: Any) -> None:
@@ -56,24 +55,23 @@ class CaseSlots(distributed.WorkerPlugin):
                 pool.close()
             self._idle.clear()
 
-    def run(self, row: int, case: dict[str, Any]) -> tuple[str, Any, str]:
-        """Plan one case in a process of its own.
+    def run(self, job: Job) -> tuple[str, Any, str]:
+        """Answer one job in a process of its own.
 
         Args:
-            row: Number of the case.
-            case: The case, as plain values.
+            job: The job.
 
         Returns:
-            Kind, row and detail of its :class:`~.pool.Outcome`.
+            Kind, answer and detail of its :class:`~grasp_planner.processes.JobOutcome`.
         """
         with self._lock:
             pool = self._idle.pop() if self._idle else None
-        pool = pool or LocalPool(1, self.planner, self.spec_hash)
+        pool = pool or LocalPool(1, self.function)
         try:
             deadline = time.monotonic() + START_LIMIT_S
             while not pool.free_slots() and time.monotonic() < deadline:
                 pool.wait(1.0)
-            pool.submit(Job(row, GraspCase.model_validate(case)))
+            pool.submit(job)
             while not (outcomes := pool.wait(1.0)):
                 pass
         except BaseException:
@@ -81,14 +79,14 @@ class CaseSlots(distributed.WorkerPlugin):
             raise
         with self._lock:
             self._idle.append(pool)
-        return outcomes[0].kind, outcomes[0].values, outcomes[0].detail
+        return outcomes[0].kind, outcomes[0].answer, outcomes[0].detail
 
 
-def _run_case(plugin: str, row: int, case: dict[str, Any]) -> tuple[str, Any, str]:
-    """Plan a case on a Dask worker."""
+def _run_job(plugin: str, job: Job) -> tuple[str, Any, str]:
+    """Answer a job on a Dask worker."""
     slots = distributed.get_worker().plugins[plugin]
-    assert isinstance(slots, CaseSlots)
-    return slots.run(row, case)
+    assert isinstance(slots, JobSlots)
+    return slots.run(job)
 
 
 class DaskPool:
@@ -96,18 +94,18 @@ class DaskPool:
 
     Args:
         address: Address of the scheduler, such as ``tcp://127.0.0.1:8786``.
-        planner: What plans, as ``module:function``; importable on every worker.
+        function: What answers the jobs; importable on every worker.
         spec_hash: Hash of all cases of the run.
 
     Raises:
         SchedulerError: If it does not answer.
     """
 
-    def __init__(self, address: str, planner: str, spec_hash: str) -> None:
+    def __init__(self, address: str, function: JobFunction, spec_hash: str) -> None:
         self.address = address
         try:
             self._client = distributed.Client(address, timeout=CONNECT_LIMIT_S, set_as_default=False)
-            self._plugin = CaseSlots(planner, spec_hash)
+            self._plugin = JobSlots(function, spec_hash)
             self._client.register_plugin(self._plugin)
         except (OSError, ValueError, TimeoutError) as error:
             raise SchedulerError(f"no Dask scheduler answers at {address}: {error}") from None
@@ -124,23 +122,22 @@ class DaskPool:
     def submit(self, job: Job) -> None:
         """Send a case."""
         future = self._client.submit(
-            _run_case,
+            _run_job,
             self._plugin.name,
-            job.row,
-            job.case.model_dump(mode="json"),
-            key=f"grasp-{self._plugin.spec_hash}-{job.row}-{job.attempt}-{uuid.uuid4().hex[:8]}",
+            job,
+            key=f"grasp-{self._plugin.spec_hash}-{job.number}-{job.attempt}-{uuid.uuid4().hex[:8]}",
             pure=False,
         )
-        self._flying[job.row, job.attempt] = future
+        self._flying[job.number, job.attempt] = future
         future.add_done_callback(lambda done: self._ended.put((job, done)))
 
-    def wait(self, timeout: float) -> Sequence[Outcome]:
+    def wait(self, timeout: float) -> Sequence[JobOutcome]:
         """Return what has ended, after at most a time [s].
 
         Raises:
             SchedulerError: If the scheduler is lost.
         """
-        outcomes: list[Outcome] = []
+        outcomes: list[JobOutcome] = []
         try:
             outcomes.append(self._outcome(*self._ended.get(timeout=timeout)))
             while True:
@@ -159,15 +156,15 @@ class DaskPool:
         self._flying.clear()
         self._client.close(timeout=1.0)
 
-    def _outcome(self, job: Job, future: distributed.Future) -> Outcome:
+    def _outcome(self, job: Job, future: distributed.Future) -> JobOutcome:
         """Return the outcome of a case."""
-        self._flying.pop((job.row, job.attempt), None)
+        self._flying.pop((job.number, job.attempt), None)
         if future.status == "finished":
-            kind, values, detail = future.result(timeout=10.0)
-            return Outcome(job, kind, values, detail)
+            kind, answer, detail = future.result(timeout=10.0)
+            return JobOutcome(job, kind, answer, detail)
         if future.status in ("cancelled", "lost"):
-            raise SchedulerError(f"the Dask scheduler at {self.address} dropped case {job.row}; run again to go on")
+            raise SchedulerError(f"the Dask scheduler at {self.address} dropped case {job.number}; run again to go on")
         error = future.exception(timeout=10.0)
         if isinstance(error, distributed.KilledWorker):
-            return Outcome(job, "died", detail=str(error).splitlines()[0])
+            return JobOutcome(job, "died", detail=str(error).splitlines()[0])
         raise SchedulerError(f"the Dask workers can't run cases (is grasp_planner installed there?): {error}")

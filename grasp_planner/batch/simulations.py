@@ -4,33 +4,28 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from ..exceptions import GraspPlannerError, InvalidValueError
+from ..exceptions import InvalidValueError
 from ..hand.hand import Hand
 from ..hand.loading import load_hand
+from ..processes import Job, JobContext, JobFunction
 from ..records.grasp_record import grasp_from_record
 from ..records.layout import GraspRecord
 from ..simulate import Protocol, Simulation, protocol_from, simulate_grasp, simulation_json, simulation_record
-from .interrupts import StopOnSignal
-from .pool import LocalPool
-from .process import Job
 from .progress import BatchProgress
 from .results import find_rows, load_hands_and_records
 from .rows import Row
-from .runner import BatchLoop, BatchSummary
-from .store import ResultStore, RunInfo
-from .worker import serve
+from .store import RunInfo
+from .work import BatchSummary, RowWork, work_off_rows
 
-WORKER = "grasp_planner.batch.simulations"
-"""Module whose ``main`` simulates cases."""
+FUNCTION = JobFunction("grasp_planner.batch.simulations:case_simulator")
+"""What simulates cases in worker processes."""
 TIME_LIMIT_S = 300.0
 """Wall time after which a simulation is stopped [s]."""
 
@@ -131,20 +126,16 @@ def simulate_run(
     digest = hashlib.sha256()
     for case in cases:
         digest.update(case.model_dump_json(exclude={"time_limit_s"}).encode())
-    info = RunInfo(digest.hexdigest()[:16], len(cases), WORKER, COLUMNS)
+    info = RunInfo(digest.hexdigest()[:16], len(cases), "grasp_planner.batch.simulations", COLUMNS)
     folder = run / f"simulation-{protocol.name}" if folder is None else Path(folder)
-    with StopOnSignal() as stop, ResultStore(folder, info) as store:
-        loop = _SimulationLoop(cases, store, on_progress, lambda: stop.stopped)
-        return loop.run(lambda: LocalPool(workers or os.cpu_count() or 1, WORKER, info.spec_hash, store.log, WORKER))
 
+    def job(row: int) -> Job:
+        return Job(row, {"row": row, "case": cases[row].model_dump(mode="json")}, cases[row].time_limit_s)
 
-class _SimulationLoop(BatchLoop):
-    """Works off grasps to be simulated."""
+    def failed(row: int, status: str, reason: str, message: str) -> Row:
+        return _failed(row, cases[row], status, message if status == "error" else f"{reason}: {message}")
 
-    def _failure(self, job: Job, status: str, reason: str, message: str) -> Row:
-        """Return the row of a case that gave no result."""
-        assert isinstance(job.case, SimulationCase)
-        return _failed(job.row, job.case, status, f"{reason}: {message}")
+    return work_off_rows(RowWork(info, FUNCTION, job, failed), folder, workers=workers, on_progress=on_progress)
 
 
 def _failed(row: int, case: SimulationCase, status: str, message: str) -> Row:
@@ -175,25 +166,16 @@ def simulation_row(row: int, case: SimulationCase, found: Simulation) -> Row:
     return values
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Simulate cases until the parent closes the socket or ends.
+def case_simulator() -> Callable[[dict[str, Any], JobContext], Row]:
+    """Return what answers a job, in the worker process; hands are loaded once."""
+    hands: dict[str, Hand] = {}
 
-    Args:
-        arguments: The number of the socket.
-    """
-    serve(list(arguments), partial(_answer, {}))
-
-
-def _answer(hands: dict[str, Hand], job: dict[str, Any]) -> Row:
-    """Simulate one case; hands are loaded once."""
-    case = SimulationCase.model_validate(job["case"])
-    try:
+    def simulate(job: dict[str, Any], _: JobContext) -> Row:
+        case = SimulationCase.model_validate(job["case"])
         if case.hand not in hands:
             hands[case.hand] = load_hand(case.hand)
         grasp = grasp_from_record(GraspRecord.model_validate_json(case.record), hands[case.hand])
         found = simulate_grasp(grasp, protocol_from(case.protocol), squeeze=case.squeeze, ladder=case.ladder)
         return simulation_row(job["row"], case, found)
-    except GraspPlannerError as error:
-        return _failed(job["row"], case, "error", str(error))
-    except Exception as error:  # a case may fail in any way; the others go on
-        return _failed(job["row"], case, "error", f"{type(error).__name__}: {error}")
+
+    return simulate

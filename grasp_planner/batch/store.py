@@ -42,7 +42,7 @@ class RunInfo:
     """What a run is.
 
     Attributes:
-        spec_hash: Hash of all its cases and the planner.
+        spec_hash: Hash of all its cases and the planner; a run that can grow leaves the number of cases out.
         cases: Number of cases.
         planner: What plans, as ``module:function``.
         columns: Type of every column, by name.
@@ -107,7 +107,7 @@ class ResultStore:
 
     Args:
         folder: Folder of the run; made if it does not exist.
-        info: What is run; if the folder holds a run already, it has to be the same.
+        info: What is run; if the folder holds a run already, it has to be the same, or the first rows of this one.
 
     Raises:
         ResultsError: If the folder can't be written, holds another run, or another process runs it.
@@ -242,15 +242,19 @@ class ResultStore:
     def _check_same(self) -> None:
         """Write what is run, or check that it is the same."""
         path = self.folder / "run.json"
-        if not path.exists():
+        there = read_run_info(self.folder) if path.exists() else None
+        if there is None or (there.spec_hash == self.info.spec_hash and there.cases < self.info.cases):
             temporary = path.with_suffix(".tmp")
             temporary.write_text(json.dumps(asdict(self.info), indent=1) + "\n", encoding="utf-8")
             temporary.replace(path)
+        if there is None:
             return
-        there = read_run_info(self.folder)
         if there.spec_hash != self.info.spec_hash:
             reason = f"holds a run of other cases ({there.cases}, hash {there.spec_hash}; these: {self.info.cases}, "
             raise ResultsError(self.folder, f"{reason}hash {self.info.spec_hash}); choose another folder")
+        if there.cases > self.info.cases:
+            reason = f"holds a run of {there.cases} cases; ask for at least as many, or choose another folder"
+            raise ResultsError(self.folder, reason)
         if there.columns != self.info.columns:
             raise ResultsError(self.folder, "was begun by a version with other columns; choose another folder")
 

@@ -61,7 +61,7 @@ def batch_command(
     """
     with _plain_errors():
         from ..batch import CaseTable, read_spec, run_batch
-        from ..batch.worker import STANDARD_PLANNER
+        from ..batch.planning_job import STANDARD_PLANNER
 
         parsed = read_spec(spec)
         if dry_run:
@@ -69,7 +69,7 @@ def batch_command(
             return
         if out is None:
             raise click.UsageError("Missing option '--out' (or ask for a --dry-run).")
-        with _progress() as on_progress:
+        with progress("planning") as on_progress:
             summary = run_batch(
                 parsed,
                 out,
@@ -171,7 +171,7 @@ def _clock(seconds: float) -> str:
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[BatchProgress], None]]:
+def progress(title: str) -> Iterator[Callable[[BatchProgress], None]]:
     """Show a progress bar on a terminal; elsewhere a line now and then."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
@@ -180,9 +180,9 @@ def _progress() -> Iterator[Callable[[BatchProgress], None]]:
     if not console.is_terminal:
         yield _line_writer()
         return
-    columns = (TextColumn("planning"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[words]}"))
+    columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[words]}"))
     with Progress(*columns, console=console, refresh_per_second=4) as bar:
-        task = bar.add_task("planning", total=None, words="")
+        task = bar.add_task(title, total=None, words="")
 
         def show(state: BatchProgress) -> None:
             bar.update(task, total=state.total, completed=state.done, words=progress_text(state))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,11 +10,11 @@ from typing import TYPE_CHECKING
 import click
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from ..simulate import PROTOCOLS
 from ..simulate.engine import load_mujoco
+from .batch import INTERRUPTED, progress
 from .options import parse_counts, parse_names
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def study_synergies(
     workers: int,
 ) -> None:
     """Plan random problems, simulate the grasps, and write a page: what holds, and which static margin predicts it."""
-    from ..studies.synergy_study import StudySettings, run_study
+    from ..studies.synergy_study import StudySettings, load_study, run_study
     from ..studies.synergy_study_page import write_study
 
     load_mujoco()
@@ -89,10 +90,20 @@ def study_synergies(
         cpu_limit_s=cpu_limit,
     )
     console = Console()
-    rows = list(track(run_study(settings, out, workers), "problems", total=len(settings.cases), console=console))
+    with progress("problems") as on_progress:
+        summary = run_study(settings, out, workers, on_progress)
+    if summary.interrupted:
+        click.echo(f"{summary.done} of {summary.total} problems done: {out / 'results'}")
+        click.echo("stopped; run the same command again to go on", err=True)
+        sys.exit(INTERRUPTED)
+    rows = load_study(out)
     write_study(out, rows, settings)
     _print_study(console, rows, settings)
-    console.print(f"wrote {out / 'study.html'}, study.md, rows.jsonl and figures", highlight=False)
+    failed = [row.message for row in rows if row.message is not None]
+    if failed:
+        text = f"{len(failed)} of {len(rows)} problems gave no answer and count as not found, the first: {failed[0]}"
+        console.print(text, highlight=False, markup=False)
+    console.print(f"wrote {out / 'study.html'}, study.md, results/*.parquet and figures", highlight=False)
 
 
 def _print_study(console: Console, rows: Sequence[StudyRow], settings: StudySettings) -> None:

@@ -7,10 +7,8 @@ import platform
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import partial
-from multiprocessing import get_context
 
 import numpy as np
 import pinocchio as pin
@@ -20,6 +18,7 @@ from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.starts import random_start
 from ..problem.problem import GraspProblem
+from ..processes import JobContext, JobFunction, answers_in_order
 from .benchmark_problems import BenchmarkCase
 
 
@@ -170,12 +169,16 @@ def plan_cases(
     Yields:
         Results in the order of the cases.
     """
-    plan = partial(plan_case, cpu_limit_s=cpu_limit_s, enough=enough)
     if workers <= 1:
-        yield from map(plan, cases)
+        yield from (plan_case(case, cpu_limit_s, enough) for case in cases)
         return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(plan, cases)
+    function = JobFunction(f"{__name__}:case_benchmark", {"cpu_limit_s": cpu_limit_s, "enough": enough})
+    yield from answers_in_order(function, cases, workers)
+
+
+def case_benchmark(cpu_limit_s: float, enough: int) -> Callable[[BenchmarkCase, JobContext], ProblemResult]:
+    """Return what answers a job of the benchmark, in the worker process."""
+    return lambda case, _: plan_case(case, cpu_limit_s, enough)
 
 
 def summarise(results: Sequence[ProblemResult]) -> dict[str, float]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..checks import positive, positive_whole
 from ..exceptions import FileFormatError, InvalidValueError
@@ -19,11 +18,37 @@ from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..problem.load_cases import LoadCases
 from ..problem.problem import GraspProblem
+from ..processes import Job, JobContext, JobFunction
 from ..simulate import Protocol, find_protocol, simulate_grasp
 from .benchmark_problems import BenchmarkCase, object_kinds
 from .study_margins import grasp_as_simulated, static_margins
 
-ROWS_FILE = "rows.jsonl"
+if TYPE_CHECKING:
+    from ..batch import BatchProgress, BatchSummary
+
+SPARE_S = 900.0
+"""Wall time a case may take beyond the limit of its search, until its worker is killed [s]."""
+CPU_SHARE = 20.0
+"""Wall time of a search over its processor time, at most, on a busy machine."""
+COLUMNS = {
+    "row": "int64",
+    "status": "string",
+    "message": "string",
+    "synergy_set": "string",
+    "object_kind": "string",
+    "n_synergies": "int64",
+    "seed": "int64",
+    "feasible": "bool",
+    "refused": "bool",
+    "passed": "bool",
+    "forces_held": "int64",
+    "weakest_force": "double",
+    "rest_held": "bool",
+    "rest_displacement": "double",
+    "normal_force_error": "double",
+    "margins": "list<struct<name: string, value: double>>",
+}
+"""Columns of the rows on disk: ``status`` is done, error, timeout or crashed; the others as in :class:`StudyRow`."""
 Key = tuple[str, str, int, int]
 """Synergy set, kind of object, number of synergies, seed."""
 
@@ -92,8 +117,16 @@ class StudySettings:
 
     @property
     def cases(self) -> tuple[Key, ...]:
-        """Every case."""
-        return tuple(product(self.synergy_sets, self.object_kinds, self.counts, range(self.problems)))
+        """Every case by the number of its row; those of more problems come after those of fewer."""
+        groups = tuple(product(self.synergy_sets, self.object_kinds, self.counts))
+        return tuple((*group, seed) for seed in range(self.problems) for group in groups)
+
+    @property
+    def case_limit_s(self) -> float | None:
+        """Wall time after which the worker of a case is killed [s]; None without limits of the search."""
+        cpu = None if self.cpu_limit_s is None else CPU_SHARE * self.cpu_limit_s
+        limits = [limit for limit in (self.time_limit_s, cpu) if limit is not None]
+        return min(limits) + SPARE_S if limits else None
 
     @property
     def test(self) -> Protocol:
@@ -130,6 +163,7 @@ class StudyRow:
         rest_displacement: Of the object at rest [m].
         normal_force_error: Of the simulated normal forces at rest, relative to F.
         margins: Static margins by name, of the grasp as simulated; None where undefined.
+        message: Why there is no answer, if the case ended in an error, at its time limit or with its worker.
     """
 
     synergy_set: str
@@ -145,6 +179,7 @@ class StudyRow:
     rest_displacement: float | None = None
     normal_force_error: float | None = None
     margins: dict[str, float | None] | None = None
+    message: str | None = None
 
     @property
     def key(self) -> Key:
@@ -179,62 +214,88 @@ def study_case(settings: StudySettings, key: Key) -> StudyRow:
     )
 
 
-def run_study(settings: StudySettings, folder: Path, workers: int = 1) -> Iterator[StudyRow]:
-    """Work off the cases of a study; rows are written as they come, and a second call goes on.
+def run_study(
+    settings: StudySettings,
+    folder: Path,
+    workers: int = 1,
+    on_progress: Callable[[BatchProgress], None] | None = None,
+) -> BatchSummary:
+    """Work off the cases of a study as a batch; a second call goes on, also with more problems.
 
     Args:
         settings: What is studied.
-        folder: Folder of the study.
+        folder: Folder of the study, laid out as that of any batch (:mod:`grasp_planner.batch.store`).
         workers: Worker processes.
+        on_progress: Called several times a second.
 
-    Yields:
-        All rows, those of an earlier call first.
+    Returns:
+        What it came to.
 
     Raises:
+        BatchDependencyError: If the extra ``batch`` is not installed.
         FileFormatError: If the folder can't be written or holds another study.
     """
-    done = _open(settings, folder)
-    yield from done.values()
-    left = [case for case in settings.cases if case not in done]
-    with (folder / ROWS_FILE).open("a", encoding="utf-8") as file:
-        for row in _run(settings, left, workers):
-            file.write(json.dumps(asdict(row), allow_nan=False) + "\n")
-            file.flush()
-            yield row
+    from ..batch.store import RunInfo
+    from ..batch.work import RowWork, work_off_rows
+
+    cases, given = settings.cases, json.loads(json.dumps(asdict(settings)))
+    _check_same(folder, given)
+    same = json.dumps({name: value for name, value in given.items() if name != "problems"}, sort_keys=True)
+    digest = hashlib.sha256(same.encode()).hexdigest()[:16]
+    info = RunInfo(digest, len(cases), "grasp_planner.studies.synergy_study", COLUMNS, json.dumps(given, indent=1))
+
+    def job(row: int) -> Job:
+        return Job(row, {"row": row, "key": cases[row]}, settings.case_limit_s)
+
+    def failed(row: int, status: str, reason: str, message: str) -> dict[str, Any]:
+        text = message if status == "error" else f"{reason}: {message}"
+        return _values(row, StudyRow(*cases[row], feasible=False, message=text), status)
+
+    function = JobFunction(f"{__name__}:case_answer", {"settings": settings})
+    return work_off_rows(RowWork(info, function, job, failed), folder, workers=workers, on_progress=on_progress)
 
 
-def _run(settings: StudySettings, cases: Sequence[Key], workers: int) -> Iterator[StudyRow]:
-    """Yield the rows of cases, in their order."""
-    if workers <= 1 or not cases:
-        for case in cases:
-            yield study_case(settings, case)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(study_case, [settings] * len(cases), cases)
+def load_study(folder: Path) -> list[StudyRow]:
+    """Return the rows of a study that are there, in the order of :attr:`StudySettings.cases`.
+
+    Raises:
+        BatchDependencyError: If the extra ``batch`` is not installed.
+        FileFormatError: If there is no study.
+    """
+    from ..batch.results import load_table
+
+    rows = []
+    for values in load_table(folder).to_pylist():
+        margins = values["margins"]
+        known = {name: value for name, value in values.items() if name not in ("row", "status", "margins")}
+        named = None if margins is None else {entry["name"]: entry["value"] for entry in margins}
+        rows.append(StudyRow(**known, margins=named))
+    return rows
 
 
-def _open(settings: StudySettings, folder: Path) -> dict[Key, StudyRow]:
-    """Make the folder, or check that it holds this study, and return its rows."""
-    about, path = folder / "study.json", folder / ROWS_FILE
-    given = json.loads(json.dumps(asdict(settings)))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        held = json.loads(about.read_text(encoding="utf-8")) if about.exists() else given
-        _check_same(folder, held, given)
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-        rows = [StudyRow(**json.loads(line)) for line in lines]
-        about.write_text(json.dumps(given, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(folder, f"can't be written: {error.strerror}") from None
-    except (ValueError, TypeError) as error:
-        raise FileFormatError(folder, f"holds a damaged study: {error}") from None
-    return {row.key: row for row in rows}
+def case_answer(settings: StudySettings) -> Callable[[dict[str, Any], JobContext], dict[str, Any]]:
+    """Return what answers a job of a study, in the worker process."""
+    return lambda job, _: _values(job["row"], study_case(settings, job["key"]), "done")
 
 
-def _check_same(folder: Path, held: Any, given: dict[str, Any]) -> None:
+def _values(row: int, found: StudyRow, status: str) -> dict[str, Any]:
+    """Return the row on disk."""
+    margins = None if found.margins is None else [{"name": k, "value": v} for k, v in found.margins.items()]
+    return {"row": row, "status": status, **asdict(found), "margins": margins}
+
+
+def _check_same(folder: Path, given: dict[str, Any]) -> None:
     """Refuse the folder of another study; more problems are the same one, and its rows stay."""
+    from ..batch.store import read_run_info
+
+    if not (folder / "run.json").exists():
+        return
+    try:
+        held = json.loads(read_run_info(folder).spec)
+    except ValueError:
+        held = None
     if not isinstance(held, dict):
-        raise FileFormatError(folder, "holds a damaged study: study.json is no object")
+        raise FileFormatError(folder, "holds a run that is no study; choose another folder")
     differ = [name for name in {**held, **given} if name != "problems" and held.get(name) != given.get(name)]
     if differ:
         name = differ[0]

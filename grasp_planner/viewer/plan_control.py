@@ -14,7 +14,7 @@ from ..planning.starts import standard_start
 from ..spatial import Pose
 from .panels.plan import PlanPanel
 from .panels.widgets import set_value
-from .planning import Outcome, PlanEvents, PlanningProcess, PlanRequest
+from .planning import PlanEvents, PlanningProcess, PlanRequest, SearchEnd
 from .presets import ENOUGH, paper_presets
 from .session import Preview, Session
 from .worker import Worker
@@ -111,7 +111,7 @@ class PlanControl:
             self.session.show_result(0, self._object_pose)
         self.session.dirty = True
 
-    def _end_plan(self, outcome: Outcome, message: str) -> None:
+    def _end_plan(self, outcome: SearchEnd, message: str) -> None:
         """Show how the search ended."""
         self.panel.set_running(False)
         self.panel.status.content = f"**{outcome}**: {html.escape(message)}"

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from multiprocessing.connection import Connection
-from typing import Any, Literal
+from typing import Literal
 
-from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp, IterationRecord, SearchReport
 from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.starts import GraspStart
 from ..problem.problem import GraspProblem
+from ..processes import Job, JobContext, JobFunction, WorkerProcess
+from ..processes.worker_process import STANDARD_ERROR
 from ..spatial import Array, Pose
 
 GRACE_S = 0.12
@@ -24,7 +22,10 @@ GRACE_S = 0.12
 PROGRESS_PERIOD_S = 1 / 30
 """Least time between two progress reports [s]."""
 
-Outcome = Literal["done", "cancelled", "failed"]
+FUNCTION = JobFunction("grasp_planner.viewer.planning:searcher")
+"""What plans in the worker process."""
+
+SearchEnd = Literal["done", "cancelled", "failed"]
 
 
 @dataclass(frozen=True)
@@ -56,18 +57,16 @@ class PlanEvents:
 
     progress: Callable[[list[IterationRecord]], None]
     result: Callable[[Grasp], None]
-    end: Callable[[Outcome, str], None]
+    end: Callable[[SearchEnd, str], None]
 
 
 class PlanningProcess:
     """A worker process for one search at a time."""
 
     def __init__(self) -> None:
-        self._context = multiprocessing.get_context("spawn")
         self._lock = threading.RLock()
-        self._job = 0
         self._events: PlanEvents | None = None
-        self._request: PlanRequest | None = None
+        self._job = Job(0, None)
         self._closed = False
         self._spawn()
 
@@ -75,6 +74,11 @@ class PlanningProcess:
     def busy(self) -> bool:
         """Whether a search runs."""
         return self._events is not None
+
+    @property
+    def pid(self) -> int:
+        """Process id of the worker."""
+        return self._worker.pid
 
     def start(self, request: PlanRequest, events: PlanEvents) -> bool:
         """Start a search.
@@ -89,16 +93,11 @@ class PlanningProcess:
         with self._lock:
             if self.busy or self._closed:
                 return False
-            if not self._process.is_alive():
+            self._job = Job(self._job.number + 1, request)
+            self._events = events
+            if not self._worker.start(self._job):
                 self._spawn()
-            self._job += 1
-            self._request, self._events = request, events
-            self._cancelled.clear()
-            try:
-                self._connection.send((self._job, request))
-            except OSError:
-                self._spawn()
-                self._connection.send((self._job, request))
+                self._worker.start(self._job)
             return True
 
     def cancel(self) -> None:
@@ -106,7 +105,7 @@ class PlanningProcess:
         with self._lock:
             if not self.busy:
                 return
-            self._cancelled.set()
+            self._worker.cancel()
             threading.Thread(target=self._end_process_if_needed, args=(self._job,), daemon=True).start()
 
     def close(self) -> None:
@@ -114,84 +113,63 @@ class PlanningProcess:
         with self._lock:
             self._closed = True
             self._events = None
-            self._process.kill()
-        self._process.join(timeout=5.0)
+            self._worker.signal_kill()
+        if threading.current_thread() is not self._listener:
+            self._listener.join(timeout=5.0)
 
     def _spawn(self) -> None:
         """Start a fresh process and a thread that reads from it."""
-        self._connection, theirs = self._context.Pipe()
-        self._cancelled = self._context.Event()
-        self._process = self._context.Process(
-            target=planning_main, args=(theirs, self._cancelled), name="grasp planning", daemon=True
-        )
-        self._process.start()
-        theirs.close()
-        threading.Thread(target=self._listen, args=(self._connection,), daemon=True).start()
+        self._worker = WorkerProcess(FUNCTION, STANDARD_ERROR)
+        self._listener = threading.Thread(target=self._listen, args=(self._worker,), daemon=True)
+        self._listener.start()
 
-    def _end_process_if_needed(self, job: int) -> None:
+    def _end_process_if_needed(self, job: Job) -> None:
         """End a process that does not stop by itself."""
         time.sleep(GRACE_S)
         with self._lock:
-            if job != self._job or not self.busy:
+            if job is not self._job or not self.busy:
                 return
-            self._process.kill()
+            self._worker.signal_kill()
             self._finish("cancelled", "cancelled")
             if not self._closed:
                 self._spawn()
 
-    def _listen(self, connection: Connection) -> None:
+    def _listen(self, worker: WorkerProcess) -> None:
         """Pass on what a process sends, until it is gone."""
         while True:
             try:
-                job, kind, content = connection.recv()
-            except (EOFError, OSError):
+                message = worker.receive()
+            except EOFError:
+                worker.kill()
                 with self._lock:
-                    if connection is self._connection and self.busy:
+                    if worker is self._worker and self.busy:
                         self._finish("failed", "the planning process ended unexpectedly")
                 return
             with self._lock:
-                if connection is not self._connection or job != self._job or self._events is None:
+                if worker is not self._worker or message.number != self._job.number or self._events is None:
                     continue
-                if kind == "progress":
-                    self._events.progress(content)
-                elif kind == "result":
-                    assert self._request is not None
-                    self._events.result(_grasp(self._request.problem, content))
+                if message.kind == "failed":
+                    self._finish("failed", message.content)
+                elif message.kind == "done":
+                    self._finish(*message.content)
+                elif message.content[0] == "progress":
+                    self._events.progress(message.content[1])
                 else:
-                    self._finish(kind, content)
+                    self._events.result(_grasp(self._job.content.problem, message.content[1]))
 
-    def _finish(self, outcome: Outcome, message: str) -> None:
+    def _finish(self, outcome: SearchEnd, message: str) -> None:
         """Report the end of the search."""
         events, self._events = self._events, None
         if events is not None:
             events.end(outcome, message)
 
 
-def planning_main(connection: Connection, cancelled: Any) -> None:
-    """Serve searches, in the worker process, until the connection closes.
-
-    Args:
-        connection: Where requests come from and reports go to.
-        cancelled: Event that stops the search.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    while True:
-        try:
-            job, request = connection.recv()
-        except (EOFError, OSError):
-            return
-        try:
-            outcome, message = _search(connection, job, request, cancelled)
-        except GraspPlannerError as error:
-            outcome, message = "failed", str(error)
-        except OSError:
-            return
-        except Exception as error:  # Reported on the page; the process stays up for the next search.
-            outcome, message = "failed", f"{type(error).__name__}: {error}"
-        connection.send((job, outcome, message))
+def searcher() -> Callable[[PlanRequest, JobContext], tuple[SearchEnd, str]]:
+    """Return what answers a request, in the worker process: reports on the way, in the end how it went."""
+    return _search
 
 
-def _search(connection: Connection, job: int, request: PlanRequest, cancelled: Any) -> tuple[Outcome, str]:
+def _search(request: PlanRequest, context: JobContext) -> tuple[SearchEnd, str]:
     """Plan, and send the iterations and what every start ends at."""
     waiting: list[IterationRecord] = []
     last_sent = 0.0
@@ -200,18 +178,17 @@ def _search(connection: Connection, job: int, request: PlanRequest, cancelled: A
         nonlocal last_sent
         waiting.append(record)
         if time.perf_counter() - last_sent >= PROGRESS_PERIOD_S:
-            connection.send((job, "progress", waiting))
+            context.report(("progress", waiting))
             waiting.clear()
             last_sent = time.perf_counter()
 
     def send(grasp: Grasp) -> None:
         assert grasp.search is not None
         # What a cancelled search was at is no result.
-        if not cancelled.is_set():
+        if not context.cancelled():
             search = replace(grasp.search, history=())
-            connection.send(
-                (job, "result", (grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, search))
-            )
+            content = (grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, search)
+            context.report(("result", content))
 
     best = plan_grasp(
         request.problem,
@@ -219,12 +196,12 @@ def _search(connection: Connection, job: int, request: PlanRequest, cancelled: A
         options=request.options,
         start=_first_start(request),
         callback=report,
-        cancel=cancelled.is_set,
+        cancel=context.cancelled,
         result_callback=send,
     )
     assert best.search is not None
     tried = f"{best.search.starts_tried} start{'s' if best.search.starts_tried != 1 else ''}"
-    if cancelled.is_set():
+    if context.cancelled():
         return "cancelled", f"cancelled after {tried}"
     return "done", f"{best.search.starts_feasible} feasible of {tried} in {best.search.time_s:.1f} s"
 

@@ -1,5 +1,6 @@
 """The commands ``view`` and ``export``, and the planning process by itself."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -135,7 +136,7 @@ def test_a_search_that_does_not_listen_is_ended(process, easy_problem, monkeypat
 def test_a_dead_process_is_reported_and_replaced(process, easy_problem):
     listener, again = Listener(), Listener()
     assert process.start(PlanRequest(easy_problem, options=PlannerOptions(enough=50, starts=500)), listener.events)
-    process._process.kill()
+    os.kill(process.pid, signal.SIGKILL)
     assert listener.ended.wait(20.0)
     assert listener.outcome == "failed"
     assert process.start(PlanRequest(easy_problem, options=PlannerOptions(enough=1, starts=6)), again.events)

@@ -47,7 +47,7 @@ def test_moving_a_slider_moves_the_hand_along_that_synergy(grasp):
 
 
 def test_forces_set_in_with_contact(grasp):
-    away = pin.SE3(grasp.palm_pose)
+    away = grasp.palm_pose.se3()
     away.translation = away.translation + np.array([0.0, 0.0, 0.5]) + 0.02
     state = LiveState.of(gp.Grasp(grasp.problem, grasp.joint_angles, away, grasp.delta_sigma))
     lifted = replace(state, hand_pose=pin.SE3(np.eye(3), np.array([0.5, 0.0, 0.0])))
@@ -141,7 +141,7 @@ def test_the_cone_has_the_angle_of_friction():
 
 def test_the_card_says_feasible_or_why_not(grasp):
     assert "FEASIBLE" in text.verdict_card(grasp)
-    pushed = pin.SE3(grasp.palm_pose)
+    pushed = grasp.palm_pose.se3()
     pushed.translation = pushed.translation + np.array([0.004, 0.0, 0.0])
     broken = gp.Grasp(grasp.problem, grasp.joint_angles, pushed, grasp.delta_sigma)
     card = text.verdict_card(broken)

@@ -3,78 +3,45 @@
 from __future__ import annotations
 
 import contextlib
-import json
+import math
 import os
+import pickle
 import socket
 import subprocess
 import sys
 import time
 from multiprocessing.connection import Connection
-from typing import IO, Any, Protocol
+from typing import IO, Any
 
-from .worker import READY
+from .jobs import Job, JobFunction, Message
 
 START_LIMIT_S = 120.0
 """Time a worker may take to import everything [s]."""
-PLANNING_WORKER = "grasp_planner.batch.worker"
-"""Module whose ``main`` plans cases."""
-_PROGRAM = "import sys; from importlib import import_module; import_module(sys.argv[1]).main(sys.argv[2:])"
+STANDARD_ERROR = 2
+"""As a log: what workers write to standard error goes where that of this process goes."""
+_PROGRAM = "import sys; from grasp_planner.processes.serving import serve; serve(int(sys.argv[1]))"
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 }
 """Workers compute on one thread each: as many as there are cores keep all of them busy, and sums keep their order."""
 
 
-class Case(Protocol):
-    """Anything that can be sent to a worker: its values, and how long it may take [s]."""
-
-    @property
-    def time_limit_s(self) -> float:
-        """Wall time after which it is stopped [s]."""
-        ...
-
-    def model_dump(self, *, mode: str) -> dict[str, Any]:
-        """Return its values; ``mode`` is ``json``."""
-        ...
-
-
-class Job:
-    """A case on its way.
-
-    Attributes:
-        row: Number of the case.
-        case: The case.
-        attempt: How often it was started, counting this time.
-    """
-
-    __slots__ = ("attempt", "case", "row")
-
-    def __init__(self, row: int, case: Case, attempt: int = 1) -> None:
-        self.row, self.case, self.attempt = row, case, attempt
-
-
 class WorkerProcess:
-    """A worker process with at most one case.
+    """A worker process with at most one job.
 
     A pipe of its own and no shared locks: a worker killed at any instant disturbs no other.
 
     Args:
-        planner: What plans, as ``module:function``.
-        spec_hash: Hash of all cases of the run.
-        log: File for what workers write to standard error; None discards it.
-        module: Module whose ``main`` answers cases.
+        function: What answers jobs.
+        log: File for what it writes to standard error, or :data:`STANDARD_ERROR`; None discards it.
     """
 
-    def __init__(
-        self, planner: str, spec_hash: str, log: IO[bytes] | None = None, module: str = PLANNING_WORKER
-    ) -> None:
-        self._planner, self._spec_hash = planner, spec_hash
+    def __init__(self, function: JobFunction, log: IO[bytes] | int | None = None) -> None:
         ours, theirs = socket.socketpair()
         path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)  # noqa: PTH109
-        command = [sys.executable, "-X", "faulthandler", "-c", _PROGRAM, module, str(theirs.fileno())]
         with theirs:
             self._process = subprocess.Popen(
-                command,
+                [sys.executable, "-X", "faulthandler", "-c", _PROGRAM, str(theirs.fileno())],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=log if log is not None else subprocess.DEVNULL,
@@ -84,8 +51,10 @@ class WorkerProcess:
             )
         self.connection = Connection(ours.detach())
         self.job: Job | None = None
-        self.ready = False
+        self.ready = self._knows_main = False
         self._deadline = time.monotonic() + START_LIMIT_S
+        with contextlib.suppress(OSError):  # it has ended already; receiving tells
+            self._send("make", (function.maker, dict(function.settings)))
 
     @property
     def pid(self) -> int:
@@ -94,11 +63,11 @@ class WorkerProcess:
 
     @property
     def free(self) -> bool:
-        """Whether it waits for a case."""
+        """Whether it waits for a job."""
         return self.ready and self.job is None
 
     def overdue(self) -> bool:
-        """Return whether its case, or its start, takes longer than allowed."""
+        """Return whether its job, or its start, takes longer than allowed."""
         return (self.job is not None or not self.ready) and time.monotonic() > self._deadline
 
     def seconds_left(self) -> float:
@@ -106,37 +75,39 @@ class WorkerProcess:
         return max(0.0, self._deadline - time.monotonic())
 
     def start(self, job: Job) -> bool:
-        """Give it a case; return whether it took it."""
-        message = {
-            "row": job.row,
-            "case": job.case.model_dump(mode="json"),
-            "planner": self._planner,
-            "spec_hash": self._spec_hash,
-        }
+        """Give it a job, also before it is ready; return whether it took it."""
+        pickled = pickle.dumps(job.content)
         try:
-            self.connection.send_bytes(json.dumps(message).encode())
+            if b"__main__" in pickled:
+                self._send_main()
+            self._send("job", (job.number, job.time_limit_s, pickled))
         except OSError:
             return False
         self.job = job
-        self._deadline = time.monotonic() + job.case.time_limit_s
+        self._deadline = math.inf if job.time_limit_s is None else time.monotonic() + job.time_limit_s
         return True
 
-    def receive(self) -> dict[str, Any] | None:
-        """Return the row it sent, or None if it reported to be ready.
+    def cancel(self) -> None:
+        """Ask its job to stop; one that does not listen goes on."""
+        if self.job is not None:
+            with contextlib.suppress(OSError):
+                self._send("cancel", self.job.number)
+
+    def receive(self) -> Message:
+        """Wait for what it sends next.
 
         Raises:
             EOFError: If it has ended.
         """
         try:
-            message = self.connection.recv_bytes()
+            message = Message(*pickle.loads(self.connection.recv_bytes()))
         except OSError:
             raise EOFError from None
-        if message == READY:
+        if message.kind == "ready":
             self.ready = True
-            return None
-        self.job = None
-        row: dict[str, Any] = json.loads(message)
-        return row
+        elif message.kind != "report":
+            self.job = None
+        return message
 
     def signal_kill(self) -> None:
         """Send the signal that ends it, without waiting for the end."""
@@ -156,3 +127,14 @@ class WorkerProcess:
         if self._process.stdin is not None:
             self._process.stdin.close()
         return f"signal {-code}" if code < 0 else f"exit code {code}"
+
+    def _send(self, kind: str, content: Any) -> None:
+        """Send a message."""
+        self.connection.send_bytes(pickle.dumps((kind, content)))
+
+    def _send_main(self) -> None:
+        """Tell it, once, which script defines the classes of this process's main module."""
+        path = getattr(sys.modules["__main__"], "__file__", None)
+        if path is not None and not self._knows_main:
+            self._send("main", os.path.abspath(path))  # noqa: PTH100
+        self._knows_main = True

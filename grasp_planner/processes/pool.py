@@ -1,50 +1,32 @@
-"""Workers on this machine: cases in, rows out; hanging workers are killed, dead ones replaced."""
+"""Workers on this machine: jobs in, outcomes out; hanging workers are killed, dead ones replaced."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from multiprocessing.connection import wait
-from typing import IO, Literal, Protocol
+from typing import IO, Protocol
 
-from .errors import ResultsError
-from .process import PLANNING_WORKER, Job, WorkerProcess
-from .rows import Row
+from .errors import WorkerStartError
+from .jobs import Job, JobFunction, JobOutcome
+from .worker_process import WorkerProcess
 
 MAX_FAILED_STARTS = 6
-"""Workers that may end before they are ready, one after the other, until the run gives up."""
+"""Workers that may end before they are ready, one after the other, until the pool gives up."""
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a case.
-
-    Attributes:
-        job: The case.
-        kind: ``done`` with a row; ``timeout`` if it was stopped at its limit; ``died`` if its worker ended.
-        values: The row, if done.
-        detail: How it ended otherwise.
-    """
-
-    job: Job
-    kind: Literal["done", "timeout", "died"]
-    values: Row | None = None
-    detail: str = ""
-
-
-class CasePool(Protocol):
-    """Anything that can run cases."""
+class JobPool(Protocol):
+    """Anything that can run jobs."""
 
     def free_slots(self) -> int:
-        """Return how many more cases it takes now."""
+        """Return how many more jobs it takes now."""
         ...
 
     def submit(self, job: Job) -> None:
-        """Take a case."""
+        """Take a job."""
         ...
 
-    def wait(self, timeout: float) -> Sequence[Outcome]:
+    def wait(self, timeout: float) -> Sequence[JobOutcome]:
         """Return what has ended, after at most a time [s]."""
         ...
 
@@ -58,23 +40,16 @@ class LocalPool:
 
     Args:
         workers: How many.
-        planner: What plans, as ``module:function``.
-        spec_hash: Hash of all cases of the run.
-        log: File for what workers write to standard error; None discards it.
-        module: Module whose ``main`` answers cases.
+        function: What answers jobs.
+        log: File for what workers write to standard error, or :data:`~.worker_process.STANDARD_ERROR`; None discards
+            it.
     """
 
-    def __init__(
-        self,
-        workers: int,
-        planner: str,
-        spec_hash: str,
-        log: IO[bytes] | None = None,
-        module: str = PLANNING_WORKER,
-    ) -> None:
-        self._make = lambda: WorkerProcess(planner, spec_hash, log, module)
+    def __init__(self, workers: int, function: JobFunction, log: IO[bytes] | int | None = None) -> None:
+        self._make = lambda: WorkerProcess(function, log)
+        self._log = getattr(log, "name", None)
         self._failed_starts = 0
-        self._lost: list[Outcome] = []
+        self._lost: list[JobOutcome] = []
         self._workers: list[WorkerProcess] = []
         try:
             for _ in range(workers):
@@ -89,20 +64,20 @@ class LocalPool:
         return [worker.pid for worker in self._workers]
 
     def free_slots(self) -> int:
-        """Return how many more cases it takes now."""
+        """Return how many more jobs it takes now."""
         return sum(worker.free for worker in self._workers)
 
     def submit(self, job: Job) -> None:
-        """Give a case to a free worker."""
+        """Give a job to a free worker."""
         worker = next(worker for worker in self._workers if worker.free)
         if not worker.start(job):
-            self._lost.append(Outcome(job, "died", detail=self._replace(worker)))
+            self._lost.append(JobOutcome(job, "died", detail=self._replace(worker)))
 
-    def wait(self, timeout: float) -> Sequence[Outcome]:
+    def wait(self, timeout: float) -> Sequence[JobOutcome]:
         """Return what has ended, after at most a time [s].
 
         Raises:
-            ResultsError: If workers do not start.
+            WorkerStartError: If workers do not start.
         """
         outcomes, self._lost = self._lost, []
         until = time.monotonic() + timeout
@@ -125,37 +100,40 @@ class LocalPool:
             worker.kill()
         self._workers = []
 
-    def _receive(self, worker: WorkerProcess) -> list[Outcome]:
+    def _receive(self, worker: WorkerProcess) -> list[JobOutcome]:
         """Take the message of a worker, or its end."""
         job = worker.job
         try:
-            values = worker.receive()
+            message = worker.receive()
         except EOFError:
             return self._dead(worker)
-        if values is None or job is None:
+        if message.kind == "ready":
             self._failed_starts = 0
+        if job is None or message.kind in ("ready", "report"):
             return []
-        return [Outcome(job, "done", values)]
+        if message.kind == "failed":
+            return [JobOutcome(job, "failed", detail=message.content)]
+        return [JobOutcome(job, "done", message.content)]
 
-    def _dead(self, worker: WorkerProcess) -> list[Outcome]:
+    def _dead(self, worker: WorkerProcess) -> list[JobOutcome]:
         """Replace a worker that ended by itself."""
         job, ready = worker.job, worker.ready
-        detail = self._replace(worker, grace_s=0.5)
+        detail = self._replace(worker, grace_s=2.0)
         if not ready:
             self._failed_starts += 1
             if self._failed_starts >= MAX_FAILED_STARTS:
-                raise ResultsError("workers", f"do not start ({detail}); see workers.log in the folder of the run")
-        return [] if job is None else [Outcome(job, "died", detail=detail)]
+                raise WorkerStartError(detail, self._log)
+        return [] if job is None else [JobOutcome(job, "died", detail=detail)]
 
-    def _stop_overdue(self, worker: WorkerProcess) -> list[Outcome]:
-        """Kill a worker that takes too long; a row that arrived in the meantime still counts."""
+    def _stop_overdue(self, worker: WorkerProcess) -> list[JobOutcome]:
+        """Kill a worker that takes too long; an answer that arrived in the meantime still counts."""
         if worker.connection.poll():
             return self._receive(worker)
         job = worker.job
         if job is None:
             return self._dead(worker)
         self._replace(worker)
-        return [Outcome(job, "timeout", detail=f"stopped at its limit of {job.case.time_limit_s:g} s")]
+        return [JobOutcome(job, "timeout", detail=f"stopped at its limit of {job.time_limit_s:g} s")]
 
     def _replace(self, worker: WorkerProcess, grace_s: float = 0.0) -> str:
         """Kill a worker, start another in its place, and return how the first one ended."""

@@ -1,0 +1,29 @@
+"""The benchmark's random problems: the same results whoever plans them, also without the optional extras."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+from grasp_planner.studies.benchmark import plan_cases
+from grasp_planner.studies.benchmark_problems import BenchmarkCase
+
+
+def untimed(results):
+    return [replace(result, cpu_s=0.0, cpu_per_grasp_s=0.0) for result in results]
+
+
+def test_results_do_not_depend_on_the_number_of_workers():
+    cases = [BenchmarkCase(seed, 15) for seed in range(4)]
+    one, two = (plan_cases(cases, cpu_limit_s=60.0, enough=1, workers=workers) for workers in (1, 2))
+    results = untimed(two)
+    assert results == untimed(one)
+    assert [result.case for result in results] == cases
+    assert any(result.feasible for result in results)
+
+
+def test_studies_load_without_the_extras():
+    missing = "import sys; sys.modules.update(pyarrow=None, duckdb=None, mujoco=None);"
+    modules = ("benchmark", "synergy_study", "synergy_study_page", "study_statistics")
+    code = missing + "".join(f"import grasp_planner.studies.{name};" for name in modules)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
