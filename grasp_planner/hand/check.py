@@ -13,7 +13,7 @@ from ..exceptions import GraspPlannerError
 from .fingertips import Fingertip, find_fingertip
 from .palm_guess import PalmGuess, guess_palm
 from .urdf_checks import joint_defects, joint_range, mesh_defects, parse_robot
-from .urdf_file import UrdfFile, read_urdf, read_urdf_text
+from .urdf_file import UrdfFile, read_urdf, read_urdf_text, second_opinion
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,9 @@ def check_hand(path: Path) -> HandCheck:
     errors = [*joint_defects(robot), *mesh_defects(path, text, robot)]
     if not errors:
         try:
-            return _analysed(path, name, joints, read_urdf(path))
+            urdf = read_urdf(path)
+            second_opinion(path)
+            return _analysed(path, name, joints, urdf)
         except GraspPlannerError as error:
             errors.append(str(error).removeprefix(f"{path}: "))
     return HandCheck(path, name, tuple(errors), joints=joints)

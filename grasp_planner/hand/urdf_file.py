@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import logging
 import warnings
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
@@ -116,6 +117,26 @@ def read_urdf_text(path: Path) -> str:
     text = read_text_file(path, MAX_URDF_BYTES)
     refuse_entities(path, text)
     return text
+
+
+def second_opinion(path: Path) -> None:
+    """Let yourdfpy read a URDF too, without its meshes: who makes one wants to know what other readers think of it.
+
+    Raises:
+        FileFormatError: If yourdfpy can't read it.
+    """
+    import yourdfpy  # a second to import, and only a check needs it
+
+    logger = logging.getLogger("yourdfpy")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yourdfpy.URDF.load(str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False)
+    except Exception as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise FileFormatError(path, f"is not a valid URDF: {reason}") from None
+    finally:
+        logger.setLevel(level)
 
 
 def _mimics(path: Path, robot: ET.Element) -> dict[str, MimicJoint]:

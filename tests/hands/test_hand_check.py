@@ -11,10 +11,11 @@ from click.testing import CliRunner
 import grasp_planner as gp
 from grasp_planner.cli.hand import hand_group
 from grasp_planner.cli.main import main
+from grasp_planner.exceptions import FileFormatError
 from grasp_planner.hand import urdf_checks
 from grasp_planner.hand.check import check_hand
 from grasp_planner.hand.proposal import proposed_description
-from grasp_planner.hand.urdf_file import find_robot_file
+from grasp_planner.hand.urdf_file import find_robot_file, second_opinion
 
 ROOT = Path(__file__).parents[2]
 # These tests are about contacts and forces alone: where links have to keep clear too, that is left out.
@@ -229,3 +230,12 @@ def test_command_writes_description_and_picture(tmp_path):
     assert png.read_bytes().startswith(b"\x89PNG")
     again = CliRunner().invoke(hand_group, arguments)
     assert again.exit_code == 1 and "--force" in again.output
+
+
+def test_a_check_asks_yourdfpy_too(tmp_path):
+    """What yourdfpy can't read is said in one line."""
+    path = tmp_path / "hand.urdf"
+    text = (ROOT / "urdf" / "tendon_hand" / "tendon_hand.urdf").read_text(encoding="utf-8")
+    path.write_text(text.replace('<origin xyz="', '<origin xyz="nonsense ', 1), encoding="utf-8")
+    with pytest.raises(FileFormatError, match="is not a valid URDF"):
+        second_opinion(path)
