@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from ..files.writing import replacing
 from .errors import BatchDependencyError, ResultsError
 from .rows import Row
 
@@ -52,17 +52,9 @@ def write_part(table: pa.Table, path: Path) -> None:
     Raises:
         ResultsError: If it can't be written; nothing is left behind.
     """
-    temporary = path.with_name(f".{path.name}.tmp")
     try:
-        with temporary.open("wb") as file:
+        with replacing(path, ResultsError) as file:
             pq.write_table(table, file, compression="zstd")
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-        sync_folder(path.parent)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise ResultsError(path, f"can't be written: {os.strerror(error.errno or 0)}") from None
     finally:
         pa.default_memory_pool().release_unused()
 
@@ -78,12 +70,3 @@ def read_part(path: Path, columns: list[str] | None = None) -> pa.Table:
     except (OSError, pa.ArrowException) as error:
         reason = str(error).splitlines()[0]
         raise ResultsError(path, f"can't be read ({reason}); move it away and its cases are planned anew") from None
-
-
-def sync_folder(folder: Path) -> None:
-    """Make the names in a folder last."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -5,17 +5,20 @@ Frames and joint orders are described in ``docs/batch.md``.
 
 from __future__ import annotations
 
+import contextlib
 import csv
+import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import IO, Any, Literal
 
 import numpy as np
 import pinocchio as pin
 
 from ..exceptions import InvalidValueError
+from ..files.writing import make_folder, replacing, write_text
 from ..grasp.grasp import Grasp
 from ..hand.hand import Hand
 from ..records.layout import GraspRecord
@@ -81,47 +84,44 @@ def export_rows(
     if form not in ("json", "csv", "dexgraspbench"):
         raise InvalidValueError("format", form, "json, csv or dexgraspbench")
     target = Path(target)
-    files: dict[Path, None] = {}
-    try:
-        target.mkdir(parents=True, exist_ok=True)
+    make_folder(target, ResultsError)
+    files: list[Path] = []
+    tables: dict[Path, IO[bytes]] = {}
+    with contextlib.ExitStack() as written:
         for first in range(0, len(rows), BATCH_SIZE):
             some = rows[first : first + BATCH_SIZE]
             if form == "dexgraspbench":
                 for row, grasp in zip(some, load_grasps(folder, some), strict=True):
                     name = _file_name(grasp.problem.hand.name)
                     path = target / name / _file_name(grasp.problem.grasp_object.text) / f"{row:06d}.npy"
-                    path.parent.mkdir(parents=True, exist_ok=True)
+                    make_folder(path.parent, ResultsError)
                     write_dexgraspbench(grasp, path, all_joints=all_joints)
-                    files[path] = None
+                    files.append(path)
                 continue
             for row, record in zip(some, load_rows(folder, some), strict=True):
                 if form == "json":
-                    path = write_grasp_json(record, target / f"row-{row:06d}.json")
-                else:
-                    path = target / f"{_file_name(record.hand)}.csv"
-                    append_csv_row(path, row, record, new=path not in files)
-                files[path] = None
-    except OSError as error:
-        raise ResultsError(target, f"can't be written: {error.strerror or error}") from None
-    return list(files)
+                    files.append(target / f"row-{row:06d}.json")
+                    write_text(files[-1], record.model_dump_json(indent=2) + "\n", ResultsError)
+                    continue
+                path, values = target / f"{_file_name(record.hand)}.csv", csv_values(row, record)
+                if path not in tables:
+                    tables[path] = written.enter_context(replacing(path, ResultsError))
+                    tables[path].write(_csv_line(list(values)))
+                tables[path].write(_csv_line(list(values.values())))
+    return list(dict.fromkeys([*files, *tables]))
 
 
-def write_grasp_json(record: GraspRecord, path: Path) -> Path:
-    """Write a grasp as the package's JSON, which ``read_grasp_record`` reads."""
-    path.write_text(record.model_dump_json(indent=2) + "\n", encoding="utf-8")
-    return path
-
-
-def append_csv_row(path: Path, row: int, record: GraspRecord, *, new: bool) -> None:
-    """Append a grasp to a CSV file of joint angles.
+def csv_values(row: int, record: GraspRecord) -> dict[str, Any]:
+    """Return a grasp as a row of a CSV file of joint angles.
 
     Args:
-        path: The file.
         row: Number of the row.
         record: The grasp; every grasp of a file is of the same hand.
-        new: Whether to begin the file anew, with its header.
+
+    Returns:
+        Values by column.
     """
-    values: dict[str, Any] = {
+    return {
         "row": row,
         "object": record.object,
         "task": " + ".join(task.text for task in record.task),
@@ -132,11 +132,13 @@ def append_csv_row(path: Path, row: int, record: GraspRecord, *, new: bool) -> N
         **{f"q_{n}_rad": q for n, q in zip(record.joint_names, record.joint_angles, strict=True)},
         **{f"qr_{n}_rad": q for n, q in zip(record.joint_names, record.reference_joint_angles, strict=True)},
     }
-    with path.open("w" if new else "a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(values))
-        if new:
-            writer.writeheader()
-        writer.writerow(values)
+
+
+def _csv_line(values: Sequence[Any]) -> bytes:
+    """Return one line of a CSV file."""
+    line = io.StringIO(newline="")
+    csv.writer(line).writerow(values)
+    return line.getvalue().encode()
 
 
 def pregrasp_angles(grasp: Grasp) -> Array:
@@ -221,6 +223,9 @@ def write_dexgraspbench(grasp: Grasp, path: Path, *, all_joints: bool = False) -
         grasp: The grasp.
         path: The file.
         all_joints: Every joint of the URDF, or the independent ones.
+
+    Raises:
+        ResultsError: If it can't be written.
     """
     found = dexgraspbench_grasp(grasp, all_joints=all_joints)
     data = {
@@ -234,7 +239,8 @@ def write_dexgraspbench(grasp: Grasp, path: Path, *, all_joints: bool = False) -
         "hand": found.hand,
         "object": found.object,
     }
-    np.save(path, np.array(data, dtype=object), allow_pickle=True)
+    with replacing(path, ResultsError) as file:
+        np.save(file, np.array(data, dtype=object), allow_pickle=True)
 
 
 def read_dexgraspbench(path: Path) -> DexGraspBenchGrasp:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..drawing.picture import draw_grasp
 from ..exceptions import GraspPlannerError
+from ..files.writing import write_text
 from .errors import ResultsError
 from .report_page import PAGE
 from .report_plots import boxes, histograms, png_data, share_bars
@@ -54,10 +55,7 @@ def write_report(folder: str | Path, output: Path | None = None, *, pictures: in
     body = _body(folder, info, rows, pictures)
     text = PAGE.format(title=html.escape(f"Batch {folder.name}"), body=body, run=info.spec_hash[:LINK_DIGITS])
     path = output or folder / "report.html"
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ResultsError(path, f"can't be written: {error.strerror}") from None
+    write_text(path, text, ResultsError)
     return path
 
 

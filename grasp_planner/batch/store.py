@@ -15,7 +15,6 @@ row is in exactly one place at every instant, and a kill loses only the cases th
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
 import time
@@ -25,7 +24,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
-from .arrow import read_part, sync_folder, table_of, write_part
+from ..files.writing import AppendedFile, open_log, take_lock, write_text
+from .arrow import read_part, table_of, write_part
 from .errors import ResultsError
 from .rows import Row, columns
 
@@ -117,8 +117,8 @@ class ResultStore:
         self.folder, self.info = folder, info
         self.done = bytearray(info.cases)
         self.finished = self.feasible = 0
-        self._journal: int | None = None
-        self._pending = self._size = 0
+        self._journal: AppendedFile | None = None
+        self._pending = 0
         self._began = 0.0
         try:
             (folder / "results").mkdir(parents=True, exist_ok=True)
@@ -129,7 +129,7 @@ class ResultStore:
             self._check_same()
             self._fold_left_over()
             self._read_done()
-            self.log: IO[bytes] = (folder / "workers.log").open("ab", buffering=0)
+            self.log: IO[bytes] = open_log(folder / "workers.log")
         except OSError as error:
             os.close(self._lock)
             raise ResultsError(folder, f"can't be written: {error.strerror}") from None
@@ -165,14 +165,10 @@ class ResultStore:
         try:
             if self._journal is None:
                 self._journal = self._open_journal()
-            _write_all(self._journal, data)
-            os.fsync(self._journal)
+            self._journal.append(data)
         except OSError as error:
-            if self._journal is not None:
-                os.ftruncate(self._journal, self._size)
             reason = f"can't be written: {error.strerror}; {self.finished} rows are intact, run again to go on"
             raise ResultsError(self.folder, reason) from None
-        self._size += len(data)
         self._pending += len(new)
         for values in new:
             self.done[values["row"]] = 1
@@ -188,10 +184,10 @@ class ResultStore:
             ResultsError: If it can't be written; the journal stays.
         """
         if self._journal is not None:
-            os.close(self._journal)
+            self._journal.close()
             self._journal = None
         self._fold_left_over()
-        self._pending = self._size = 0
+        self._pending = 0
 
     def close(self) -> None:
         """Turn the journal into a Parquet file and let go of the folder."""
@@ -201,15 +197,13 @@ class ResultStore:
             self.log.close()
             os.close(self._lock)
 
-    def _open_journal(self) -> int:
+    def _open_journal(self) -> AppendedFile:
         """Open the next journal."""
         parts = part_files(self.folder)
         number = 1 + (int(parts[-1].stem.split("-")[1]) if parts else 0)
         path = self.folder / f"journal-{number:06d}.jsonl"
-        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
-        sync_folder(self.folder)
         self._began = time.monotonic()
-        return handle
+        return AppendedFile(path)
 
     def _fold_left_over(self) -> None:
         """Turn every journal into its Parquet file."""
@@ -231,12 +225,9 @@ class ResultStore:
 
     def _take_lock(self) -> int:
         """Keep other processes out, as long as this one lives."""
-        handle = os.open(self.folder / "run.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(handle)
-            raise ResultsError(self.folder, "another process runs this batch now") from None
+        handle = take_lock(self.folder / "run.lock")
+        if handle is None:
+            raise ResultsError(self.folder, "another process runs this batch now")
         return handle
 
     def _check_same(self) -> None:
@@ -244,9 +235,7 @@ class ResultStore:
         path = self.folder / "run.json"
         there = read_run_info(self.folder) if path.exists() else None
         if there is None or (there.spec_hash == self.info.spec_hash and there.cases < self.info.cases):
-            temporary = path.with_suffix(".tmp")
-            temporary.write_text(json.dumps(asdict(self.info), indent=1) + "\n", encoding="utf-8")
-            temporary.replace(path)
+            write_text(path, json.dumps(asdict(self.info), indent=1) + "\n", ResultsError)
         if there is None:
             return
         if there.spec_hash != self.info.spec_hash:
@@ -267,10 +256,3 @@ def run_info(spec_hash: str, cases: int, planner: str, spec: str = "") -> RunInf
 def _part_of(journal: Path) -> Path:
     """Return the Parquet file a journal turns into."""
     return journal.parent / "results" / f"{journal.stem.replace('journal', 'part')}.parquet"
-
-
-def _write_all(handle: int, data: bytes) -> None:
-    """Write all bytes; a file system may take them in pieces."""
-    view = memoryview(data)
-    while view:
-        view = view[os.write(handle, view) :]

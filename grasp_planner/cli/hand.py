@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from ..exceptions import GraspPlannerError
+from .output import write_text
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -48,7 +49,4 @@ def check_command(urdf: Path, description: Path | None, picture: Path | None, fo
     if description is None:
         click.echo("\n" + proposal, nl=False)
         return
-    try:
-        description.write_text(proposal, encoding="utf-8")
-    except OSError as error:
-        raise click.ClickException(f"{description}: {error.strerror or 'cannot be written'}") from None
+    write_text(proposal, description)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..exceptions import FileFormatError
+from ..files import writing
 
 
 def write_text(text: str, path: Path) -> None:
@@ -18,10 +19,7 @@ def write_text(text: str, path: Path) -> None:
     if str(path) == "-":
         click.echo(text, nl=False)
         return
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror}") from None
+    writing.write_text(path, text)
 
 
 def check_writable(*paths: Path | None) -> None:

@@ -129,10 +129,7 @@ def fit_command(postures: Path, hand: str, out: Path, name: str, degrees: bool) 
     rows = angles[:, columns] * (np.pi / 180.0 if degrees else 1.0)
     provenance = f"PCA over the {len(rows)} postures of {postures.name}"
     space = synergies_from_postures(loaded.joint_names, rows, name=name, provenance=provenance)
-    try:
-        save_synergies(space, out)
-    except OSError as error:
-        raise FileFormatError(out, f"can't be written: {error.strerror}") from None
+    save_synergies(space, out)
     console.print(f"{len(rows)} postures; cumulative variance of 1, 2, 3, 5: {_shares(space)}; wrote {out}")
 
 

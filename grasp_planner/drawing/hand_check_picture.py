@@ -9,7 +9,7 @@ import pinocchio as pin
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ..exceptions import FileFormatError
+from ..files.writing import replacing
 from ..hand.check import HandCheck
 from ..spatial import Array
 from .meshes import geometry_mesh
@@ -30,10 +30,9 @@ def save_hand_picture(check: HandCheck, path: Path) -> None:
     Raises:
         FileFormatError: If the file can't be written.
     """
-    try:
-        draw_hand_check(check).savefig(path, format="png", dpi=120)
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
+    figure = draw_hand_check(check)
+    with replacing(path) as file:
+        figure.savefig(file, format="png", dpi=120)
 
 
 def draw_hand_check(check: HandCheck) -> Figure:

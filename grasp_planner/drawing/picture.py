@@ -12,7 +12,7 @@ from matplotlib.colors import LightSource, to_rgb
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from ..exceptions import FileFormatError
+from ..files.writing import replacing
 from ..grasp.grasp import Grasp
 from ..hand.hand import Hand
 from ..model.task import Ellipsoid, transmission_ellipsoid
@@ -190,10 +190,8 @@ def draw_hand(
 
 def _write_png(figure: Figure, path: Path) -> None:
     """Write a figure."""
-    try:
-        figure.savefig(path, format="png", dpi=120)
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
+    with replacing(path) as file:
+        figure.savefig(file, format="png", dpi=120)
 
 
 def _summary(grasp: Grasp) -> str:

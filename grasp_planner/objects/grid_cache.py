@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
-import tempfile
 import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..exceptions import FileFormatError
+from ..files.writing import make_folder, replacing
 from .distance_grid import MAX_NODES, DistanceGrid, GridAxes, build_distance_grid
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def cached_distance_grid(mesh: trimesh.Trimesh, resolution: float, tolerance: fl
     grid = _load(path)
     if grid is None:
         grid = build_distance_grid(mesh, resolution, tolerance)
-        with contextlib.suppress(OSError):  # no cache is slower, not wrong
+        with contextlib.suppress(FileFormatError):  # no cache is slower, not wrong
             _store(grid, path)
     return grid
 
@@ -58,17 +58,11 @@ def _content_hash(mesh: trimesh.Trimesh, resolution: float, tolerance: float) ->
 
 def _store(grid: DistanceGrid, path: Path) -> None:
     """Write a grid in one step, so that no reader ever sees half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     axes = grid.axes
     scalars = np.array([axes.resolution, axes.margin, grid.error])
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, low=axes.low, high=axes.high, scalars=scalars, coefficients=grid.coefficients)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    with replacing(path) as file:
+        np.savez(file, low=axes.low, high=axes.high, scalars=scalars, coefficients=grid.coefficients)
 
 
 def _load(path: Path) -> DistanceGrid | None:

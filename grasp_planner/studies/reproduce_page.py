@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..drawing.page_parts import html_images, html_page, html_table, markdown_table, new_figure, png
 from ..drawing.picture import draw_scene
-from ..exceptions import FileFormatError
+from ..files.writing import make_folder, write_bytes, write_text
 from .reproduce import CellResult, ParetoPoint
 
 HONESTY = (
@@ -71,16 +71,13 @@ def write_report(
         "convergence": _convergence(cells),
         "pareto": _pareto(front),
     }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        rows = json.dumps([cell.row() for cell in cells], indent=1, allow_nan=False)
-        (folder / "reproduce.json").write_text(rows + "\n", encoding="utf-8")
-        for name, data in figures.items():
-            (folder / f"{name}.png").write_bytes(data)
-        (folder / "reproduce.md").write_text(_markdown(cells, front, figures, seed, settings), encoding="utf-8")
-        (folder / "reproduce.html").write_text(_html(cells, front, figures, seed, settings), encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(folder, f"can't be written: {error.strerror}") from None
+    make_folder(folder)
+    rows = json.dumps([cell.row() for cell in cells], indent=1, allow_nan=False)
+    write_text(folder / "reproduce.json", rows + "\n")
+    for name, data in figures.items():
+        write_bytes(folder / f"{name}.png", data)
+    write_text(folder / "reproduce.md", _markdown(cells, front, figures, seed, settings))
+    write_text(folder / "reproduce.html", _html(cells, front, figures, seed, settings))
 
 
 def page_notes(cells: Sequence[CellResult]) -> str:

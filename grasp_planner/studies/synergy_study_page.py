@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..drawing.page_parts import html_images, html_page, html_table, markdown_table
-from ..exceptions import FileFormatError
+from ..files.writing import write_bytes, write_text
 from ..judge.margins import UNBOUNDED
 from .study_margins import MARGINS
 from .study_statistics import prediction
@@ -70,13 +70,10 @@ def write_study(folder: Path, rows: Sequence[StudyRow], settings: StudySettings)
         lines += [line for name in images for line in (f"![{name}]({name}.png)", "")]
         body += f"<h2>{title}</h2><p>{html.escape(text)}</p>{html_table(columns, table)}"
         body += html_images({name: figures[name] for name in images})
-    try:
-        for name, data in figures.items():
-            (folder / f"{name}.png").write_bytes(data)
-        (folder / "study.md").write_text("\n".join(lines), encoding="utf-8")
-        (folder / "study.html").write_text(html_page(TITLE, body), encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(folder, f"can't be written: {error.strerror}") from None
+    for name, data in figures.items():
+        write_bytes(folder / f"{name}.png", data)
+    write_text(folder / "study.md", "\n".join(lines))
+    write_text(folder / "study.html", html_page(TITLE, body))
 
 
 def settings_text(settings: StudySettings) -> str:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ..checks import finite_array
 from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from ..files.text import finite_number, read_text_file
+from ..files.writing import write_text
 from ..spatial import Array, readonly
 from ..values import Value
 
@@ -191,6 +192,7 @@ def save_synergies(space: SynergySpace, path: Path) -> None:
 
     Raises:
         InvalidValueError: If a name can't be written so that it would be read back.
+        FileFormatError: If the file can't be written.
     """
     for joint in (*space.joint_names, space.name):
         if any(character in joint for character in ',"\r\n') or joint.startswith("#") or joint == "variance":
@@ -201,7 +203,7 @@ def save_synergies(space: SynergySpace, path: Path) -> None:
         lines.append(",".join([joint, f"{mean:.17g}", *(f"{value:.17g}" for value in row)]))
     if space.variance is not None:
         lines.append(",".join(["variance", "", *(f"{value:.17g}" for value in space.variance)]))
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def load_synergies(path: Path) -> SynergySpace:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from ..exceptions import FileFormatError
+from ..files.writing import write_text
 from ..grasp.grasp import Grasp
 from .opening import approach
 from .scene.draw_grasp import DisplayOptions, fitting_scale
@@ -71,8 +71,4 @@ def export_html(grasp: Grasp, path: Path, title: str | None = None) -> None:
     Raises:
         FileFormatError: If the file can't be written.
     """
-    page = grasp_html(grasp, title)
-    try:
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
+    write_text(path, grasp_html(grasp, title))

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from ..exceptions import FileFormatError, InvalidValueError
+from ..exceptions import InvalidValueError
+from ..files.writing import write_text
 from ..grasp.grasp import Grasp
 from ..simulate import Frame, Simulation
 from ..spatial import Pose
@@ -78,11 +79,7 @@ def export_simulation_html(found: Simulation, path: Path) -> None:
         InvalidValueError: If nothing was recorded.
         FileFormatError: If the file can't be written.
     """
-    page = simulation_html(found)
-    try:
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(path, f"can't be written: {error.strerror or error}") from None
+    write_text(path, simulation_html(found))
 
 
 def _show(session: Session, grasp: Grasp, frame: Frame) -> None:

@@ -13,6 +13,7 @@ from grasp_planner.batch import GraspCase, ResultsError, find_rows, load_table
 from grasp_planner.batch import store as store_module
 from grasp_planner.batch.rows import add_failure, case_row, columns
 from grasp_planner.batch.store import ResultStore, part_files, run_info
+from grasp_planner.files import writing
 
 INFO = run_info("abc", 10, "module:function")
 
@@ -68,7 +69,7 @@ def test_a_line_cut_off_by_a_kill_is_left_out(tmp_path, torn):
         assert again.finished == 2
     assert rows_of(tmp_path) == [0, 1]
     store.log.close()
-    os.close(store._journal)
+    store._journal.close()
 
 
 def test_a_kill_between_rename_and_removal_doubles_nothing(tmp_path):
@@ -87,7 +88,7 @@ def test_a_kill_between_rename_and_removal_doubles_nothing(tmp_path):
 def test_a_kill_while_a_part_is_written_leaves_no_half_of_it(tmp_path):
     with ResultStore(tmp_path, INFO) as store:
         store.append([row(0)])
-    (tmp_path / "results" / ".part-000002.parquet.tmp").write_bytes(b"PAR1 half")
+    (tmp_path / "results" / ".0123456789abcdef.part").write_bytes(b"PAR1 half")
     assert rows_of(tmp_path) == [0]
     assert pd.read_parquet(tmp_path / "results").shape == (1, len(columns()))
     with ResultStore(tmp_path, INFO) as again:
@@ -105,7 +106,7 @@ def test_full_disk_is_one_error_and_earlier_rows_stay(tmp_path, monkeypatch):
         written.append(1)
         os.write(handle, data)
 
-    monkeypatch.setattr(store_module, "_write_all", full)
+    monkeypatch.setattr(writing, "write_all", full)
     with (
         pytest.raises(ResultsError, match="No space left on device; 1 rows are intact"),
         ResultStore(tmp_path, INFO) as store,
