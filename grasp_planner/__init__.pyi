@@ -23,7 +23,6 @@ from .objects import GraspObject as GraspObject
 from .objects import MeshObject as MeshObject
 from .objects import Sphere as Sphere
 from .objects import parse_object as parse_object
-from .planning.options import PlannerOptions as PlannerOptions
 from .planning.planner import plan_grasp as plan_grasp
 from .planning.starts import GraspStart as GraspStart
 from .planning.starts import random_start as random_start
@@ -32,6 +31,7 @@ from .problem.clearance_options import ClearanceOptions as ClearanceOptions
 from .problem.load_cases import LoadCases as LoadCases
 from .problem.parameters import GraspParameters as GraspParameters
 from .problem.problem import GraspProblem as GraspProblem
+from .problem.search_options import PlannerOptions as PlannerOptions
 from .records.grasp_record import grasp_from_record as grasp_from_record
 from .records.grasp_record import grasp_json as grasp_json
 from .records.grasp_record import read_grasp_record as read_grasp_record

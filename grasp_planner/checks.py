@@ -10,6 +10,9 @@ import numpy.typing as npt
 from .exceptions import InvalidValueError
 from .spatial import Array, readonly
 
+UNIT_ROUNDING = 1e-15
+"""How far the length of a unit vector may be off by rounding."""
+
 
 def finite_array(field: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
     """Return values as a read-only array, checked for shape and finiteness.
@@ -37,7 +40,7 @@ def finite_array(field: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> A
 
 
 def unit_vector(field: str, values: npt.ArrayLike, size: int = 3) -> Array:
-    """Return a direction scaled to length one.
+    """Return a direction scaled to length one; one that has it already, to rounding, stays as it is.
 
     Args:
         field: Name used in the error.
@@ -54,7 +57,7 @@ def unit_vector(field: str, values: npt.ArrayLike, size: int = 3) -> Array:
     length = float(np.linalg.norm(array))
     if length < 1e-12:
         raise InvalidValueError(field, array.tolist(), "a direction that is not zero")
-    return readonly(array / length)
+    return array if abs(length - 1.0) < UNIT_ROUNDING else readonly(array / length)
 
 
 def positive(field: str, value: float, *, zero_allowed: bool = False, unit: str = "") -> float:

@@ -23,6 +23,9 @@ Array = npt.NDArray[np.floating[Any]]
 Indices = npt.NDArray[np.integer[Any]]
 """Array of indices."""
 
+ROTATION_TOLERANCE = 1e-5
+"""How far a matrix that is given as a rotation may be from one: some write them with six digits."""
+
 # The Levi-Civita symbol as a 9 x 3 matrix: (LEVI_CIVITA @ v).reshape(3, 3) is skew(v).
 _LEVI_CIVITA = np.zeros((3, 3, 3))
 _LEVI_CIVITA[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0
@@ -137,7 +140,7 @@ class Pose(Value):
         """Return the pose of a pin.SE3, a 4 x 4 matrix or a pose.
 
         Raises:
-            InvalidValueError: If it is none of these, or not finite.
+            InvalidValueError: If it is none of these, not finite, or not turned by a rotation.
         """
         if isinstance(pose, Pose):
             return pose
@@ -146,10 +149,18 @@ class Pose(Value):
             if matrix is None or matrix.shape != (4, 4):
                 raise InvalidValueError("pose", pose, "a Pose, a pin.SE3 or a matrix of shape (4, 4)")
             pose = pin.SE3(np.asarray(matrix, dtype=float))
-        found = cls(np.array(pose.rotation), np.array(pose.translation))
+        found = cls._of_se3(pose)
         if not (np.isfinite(found.rotation).all() and np.isfinite(found.translation).all()):
             raise InvalidValueError("pose", found.homogeneous.tolist(), "finite numbers")
+        skewed = np.abs(found.rotation @ found.rotation.T - np.eye(3)).max()
+        if skewed > ROTATION_TOLERANCE or np.linalg.det(found.rotation) < 0.0:
+            raise InvalidValueError("pose", found.rotation.tolist(), "a rotation matrix")
         return found
+
+    @classmethod
+    def _of_se3(cls, pose: pin.SE3) -> Pose:
+        """Return the pose of a pin.SE3, unchecked."""
+        return cls(np.array(pose.rotation), np.array(pose.translation))
 
     @classmethod
     def identity(cls) -> Pose:
@@ -167,7 +178,7 @@ class Pose(Value):
 
     def inverse(self) -> Pose:
         """Return T_b_a."""
-        return Pose.of(self.se3().inverse())
+        return Pose._of_se3(self.se3().inverse())
 
     def act(self, point: npt.ArrayLike) -> Array:
         """Return a point of b in a [m], of shape (3,)."""
@@ -177,11 +188,11 @@ class Pose(Value):
         """Return T_a_c of this T_a_b and another T_b_c, a Pose or a pin.SE3."""
         if not isinstance(other, Pose | pin.SE3):
             return NotImplemented
-        return Pose.of(self.se3() * (other.se3() if isinstance(other, Pose) else other))
+        return Pose._of_se3(self.se3() * (other.se3() if isinstance(other, Pose) else other))
 
     def __rmul__(self, other: Any) -> Pose:
         """Return T_c_b of a pin.SE3 T_c_a and this T_a_b."""
-        return Pose.of(other * self.se3()) if isinstance(other, pin.SE3) else NotImplemented
+        return Pose._of_se3(other * self.se3()) if isinstance(other, pin.SE3) else NotImplemented
 
     def near(self, other: Any, tolerance: float = 1e-9) -> bool:
         """Return whether another pose is the same to a tolerance in every number of the matrix [1, m]."""

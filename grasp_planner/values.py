@@ -77,8 +77,9 @@ def clipped(text: str, length: int) -> str:
 
 def exact_text(number: float) -> str:
     """Return the shortest text of twelve digits that reads back as the number, or all digits it takes."""
+    number = float(number)
     text = f"{number:.12g}"
-    return text if float(text) == number else repr(float(number))
+    return text if float(text) == number else repr(number)
 
 
 def _fields(value: Value) -> tuple[Field[Any], ...]:

@@ -14,10 +14,10 @@ from typing import Literal
 from ..checks import positive
 from ..exceptions import InvalidValueError, NameNotFoundError
 from ..grasp.grasp import Grasp
-from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.starts import GraspStart
 from ..problem.load_cases import LoadCases
+from ..problem.search_options import PlannerOptions
 from .tolerance import least_tolerance
 
 Goal = Literal["force", "position", "rotation"]

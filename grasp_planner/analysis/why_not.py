@@ -12,10 +12,10 @@ from scipy.optimize import least_squares
 
 from ..grasp.grasp import Grasp
 from ..grasp.verdict import Violation
-from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.program import GraspProgram
 from ..planning.starts import GraspStart
+from ..problem.search_options import PlannerOptions
 from ..spatial import Array
 from .knobs import Knob, problem_knobs
 

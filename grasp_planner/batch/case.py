@@ -14,7 +14,6 @@ from ..exceptions import GraspPlannerError, NameNotFoundError
 from ..hand.hand import Hand
 from ..model.task_direction import parse_task
 from ..objects import parse_object
-from ..planning.options import PlannerOptions
 from ..problem.from_settings import (
     PRESETS,
     PROBLEM_SETTINGS,
@@ -25,6 +24,7 @@ from ..problem.from_settings import (
 )
 from ..problem.parameters import GraspParameters, hand_parameters
 from ..problem.problem import GraspProblem, default_synergies
+from ..problem.search_options import PlannerOptions
 from ..problem.settings import Setting, settings_of
 
 DEFAULT_TIME_LIMIT_S = 120.0

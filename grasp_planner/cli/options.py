@@ -11,10 +11,10 @@ from ..exceptions import InvalidValueError
 from ..hand.loading import load_hand
 from ..model.task_direction import parse_task
 from ..objects import parse_object
-from ..planning.options import PlannerOptions
 from ..problem.clearance_options import CLEARANCES
 from ..problem.from_settings import PROBLEM_SETTINGS, options_from_settings, problem_from_settings
 from ..problem.problem import GraspProblem
+from ..problem.search_options import PlannerOptions
 from ..problem.settings import settings_of
 from .settings import given_settings, setting_options
 

@@ -13,7 +13,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from ..hand.loading import load_hand
-from ..planning.options import PlannerOptions
+from ..problem.search_options import PlannerOptions
 from ..studies.paper_tables import PAPER_CELLS
 from ..studies.reproduce import PARETO_RATIOS, CellResult, ParetoPoint, pareto_front, run_cells
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..problem.search_options import PlannerOptions
 from ..spatial import Array
 from ..values import Value
 
@@ -50,6 +51,7 @@ class SearchReport(Value):
         message: The solver's last words.
         cancelled: Whether the search was stopped from outside.
         history: Iterations of the start that gave the grasp.
+        options: How long and how hard was searched; None if that is not known.
     """
 
     seed: int
@@ -62,3 +64,4 @@ class SearchReport(Value):
     message: str = ""
     cancelled: bool = False
     history: tuple[IterationRecord, ...] = ()
+    options: PlannerOptions | None = None

@@ -42,7 +42,7 @@ class TaskDirection(Value):
         if self.kind not in ("force", "torque", "twist"):
             raise NameNotFoundError("task kind", str(self.kind), ("force", "torque", "twist"))
         object.__setattr__(self, "direction", unit_vector(f"{self.kind} direction", self.direction, 6))
-        positive("task weight", self.weight)
+        object.__setattr__(self, "weight", positive("task weight", self.weight))
 
     @property
     def is_motion(self) -> bool:

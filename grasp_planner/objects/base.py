@@ -136,15 +136,18 @@ class GraspObject(Value, ABC):
 
 
 def check_sizes(shape: GraspObject, edge_limit: float = np.inf) -> None:
-    """Check every size and the mass of a shape to be positive, and the edge radius to fit."""
+    """Check every size and the mass of a shape to be positive and the edge radius to fit; make them floats."""
     for field in fields(shape):
         value = getattr(shape, field.name)
         name = f"object {shape.kind}.{field.name}"
         if field.name == "edge":
-            if not 1e-6 <= positive(name, value) <= edge_limit:
+            number = positive(name, value)
+            if not 1e-6 <= number <= edge_limit:
                 raise InvalidValueError(name, value, f"between 1e-06 and {edge_limit:g} m")
         else:
-            positive(name, value, zero_allowed=field.name == "caps", unit="kg" if field.name == "mass" else "m")
+            unit = "kg" if field.name == "mass" else "m"
+            number = positive(name, value, zero_allowed=field.name == "caps", unit=unit)
+        object.__setattr__(shape, field.name, number)
 
 
 def rounded_solid(core: Any, edge: float) -> Any:

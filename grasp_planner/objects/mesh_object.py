@@ -44,8 +44,8 @@ class MeshObject(GraspObject):
     def __post_init__(self) -> None:
         if not isinstance(self.loaded, MeshSolid):
             raise InvalidValueError("object mesh.loaded", self.loaded, "a loaded solid; MeshObject.load reads a file")
-        positive("object mesh.mass", self.mass, unit="kg")
-        positive("object mesh.size", self.size)
+        object.__setattr__(self, "mass", positive("object mesh.mass", self.mass, unit="kg"))
+        object.__setattr__(self, "size", positive("object mesh.size", self.size))
 
     @classmethod
     def load(

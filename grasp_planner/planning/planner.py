@@ -13,9 +13,9 @@ from threadpoolctl import threadpool_limits
 
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from ..problem.problem import GraspProblem
+from ..problem.search_options import PlannerOptions
 from ..spatial import Array
 from .nlp import solve_nlp
-from .options import PlannerOptions
 from .phase_one import polish, reach_feasibility
 from .preparation import FEW_SYNERGIES, search_starts
 from .program import GraspProgram, Phase
@@ -274,6 +274,7 @@ class _Search:
                 phase_one_iterations=attempt.iterations["one"],
                 message=attempt.message,
                 history=tuple(attempt.history),
+                options=self.options,
             ),
         )
 

@@ -133,7 +133,7 @@ class LoadCases(Value):
     hand_limits: bool = setting(True, "Whether the hand's limits of normal forces and joint torques count.")
 
     def __post_init__(self) -> None:
-        given = self.wrenches if isinstance(self.wrenches, list | tuple) else (self.wrenches,)
+        given = self.wrenches if isinstance(self.wrenches, list | tuple | np.ndarray) else (self.wrenches,)
         wrenches = tuple(tuple(finite_array("loads.wrenches", w, (6,)).tolist()) for w in given)
         object.__setattr__(self, "wrenches", wrenches)
         check_settings(self)

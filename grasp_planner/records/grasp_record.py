@@ -6,8 +6,6 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
-import pinocchio as pin
 from pydantic import ValidationError
 
 from ..exceptions import FileFormatError
@@ -20,6 +18,7 @@ from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
 from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
+from ..problem.search_options import PlannerOptions
 from ..problem.term import Cost, Requirement, Weighted
 from ..spatial import readonly
 from .layout import (
@@ -28,10 +27,19 @@ from .layout import (
     GraspRecord,
     LoadCasesRecord,
     ParameterRecord,
-    PoseRecord,
+    SearchOptionsRecord,
     TaskRecord,
 )
-from .parts import clearance_records, finite_or_none, margins_record, stability_record
+from .parts import (
+    clearance_records,
+    finite_or_none,
+    margins_record,
+    pose_from_record,
+    pose_record,
+    stability_record,
+    synergy_space_from_record,
+    synergy_space_record,
+)
 from .settings import plain_settings, settings_from
 from .terms import cost_records, own_terms_of, own_terms_record, violation_records
 
@@ -42,7 +50,6 @@ MAX_RECORD_BYTES = 5_000_000
 def grasp_record(grasp: Grasp) -> GraspRecord:
     """Return the record of a grasp; every number is computed by the grasp itself."""
     problem, search = grasp.problem, grasp.search or SearchReport(seed=0)
-    quaternion = pin.Quaternion(np.array(grasp.palm_pose.rotation))
     tasks = [
         TaskRecord(
             text=task.text,
@@ -74,6 +81,7 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         starts_feasible=search.starts_feasible,
         time_s=search.time_s,
         seed=search.seed,
+        search_options=_search_options_record(search.options),
         objective=grasp.objective,
         force_norm=grasp.force_norm,
         force_norm_floor=finite_or_none(grasp.force_norm_floor),
@@ -87,10 +95,8 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         joint_angles=grasp.joint_angles.tolist(),
         reference_joint_angles=grasp.reference_joint_angles.tolist(),
         joint_torques=grasp.joint_torques.tolist(),
-        palm_pose=PoseRecord(
-            position=np.array(grasp.palm_pose.translation).tolist(),
-            quaternion_xyzw=np.array(quaternion.coeffs()).tolist(),
-        ),
+        palm_pose=pose_record(grasp.palm_pose),
+        synergy_space=synergy_space_record(problem.synergy_space),
         contacts=_contact_records(grasp),
         external_wrench=problem.external_wrench.tolist(),
         parameters=_parameter_record(problem),
@@ -132,6 +138,11 @@ def _parameter_record(problem: GraspProblem) -> ParameterRecord:
         clearance=ClearanceOptionsRecord(**plain_settings(problem.clearance)),
         loads=LoadCasesRecord(**plain_settings(problem.loads)),
     )
+
+
+def _search_options_record(options: PlannerOptions | None) -> SearchOptionsRecord | None:
+    """Return the record of how the search was asked to search; None if that is not known."""
+    return None if options is None else SearchOptionsRecord(**plain_settings(options))
 
 
 def grasp_json(grasp: Grasp) -> str:
@@ -218,13 +229,13 @@ def grasp_from_record(
         parameters=settings_from(GraspParameters, given),
         synergy_set=given.synergy_set,
         contact_set=given.contact_set,
+        synergy_space=synergy_space_from_record(record.synergy_space),
         clearance=settings_from(ClearanceOptions, given.clearance),
         contacts=tuple(contact.name for contact in record.contacts),
         loads=settings_from(LoadCases, given.loads),
         costs=weighted,
         constraints=required,
     )
-    rotation = pin.Quaternion(readonly(record.palm_pose.quaternion_xyzw)).normalized().matrix()
     report = SearchReport(
         seed=record.seed,
         iterations=record.iterations,
@@ -235,11 +246,12 @@ def grasp_from_record(
         time_s=record.time_s,
         message=record.message,
         cancelled=record.status == "cancelled",
+        options=None if record.search_options is None else settings_from(PlannerOptions, record.search_options),
     )
     return Grasp(
         problem=problem,
         joint_angles=readonly(record.joint_angles),
-        palm_pose=pin.SE3(rotation, readonly(record.palm_pose.position)),
+        palm_pose=pose_from_record(record.palm_pose),
         delta_sigma=readonly(record.delta_sigma),
         search=report,
     )

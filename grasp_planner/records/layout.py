@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
 from ..problem.parameters import GraspParameters
+from ..problem.search_options import PlannerOptions
 from .old_violations import current_violations
 from .settings import settings_layout
 
@@ -41,6 +42,20 @@ class PoseRecord(Record):
 
     position: Vector3 = Field(description="m")
     quaternion_xyzw: tuple[Number, Number, Number, Number]
+    rotation: tuple[Vector3, Vector3, Vector3] | None = Field(
+        default=None, description="the same rotation as a matrix, row by row, to the last digit"
+    )
+
+
+class SynergySpaceRecord(Record):
+    """Synergies that are none of the hand's sets."""
+
+    joint_names: list[str]
+    mean: list[Number] = Field(description="mean posture, rad")
+    basis: list[list[Number]] = Field(description="synergy matrix, row by row, of unit columns")
+    variance: list[Number] | None = Field(description="along each synergy, rad²; null if not known")
+    name: str
+    provenance: str
 
 
 class ContactRecord(Record):
@@ -61,6 +76,7 @@ class ContactRecord(Record):
 _Clearance: Any = settings_layout("ClearanceOptionsRecord", ClearanceOptions, Record)
 _Loads: Any = settings_layout("LoadCasesRecord", LoadCases, Record)
 _Parameters: Any = settings_layout("ParameterRecord", GraspParameters, Record)
+_Search: Any = settings_layout("SearchOptionsRecord", PlannerOptions, Record)
 
 
 class ClearanceOptionsRecord(_Clearance):
@@ -89,6 +105,10 @@ class ParameterRecord(_Parameters):
     contact_set: str
     clearance: ClearanceOptionsRecord = Field(default_factory=ClearanceOptionsRecord)
     loads: LoadCasesRecord = Field(default_factory=LoadCasesRecord)
+
+
+class SearchOptionsRecord(_Search):
+    """How long and how hard was searched."""
 
 
 class MarginRecord(Record):
@@ -161,6 +181,7 @@ class GraspRecord(Record):
     starts_feasible: int = Field(ge=0)
     time_s: Number
     seed: int
+    search_options: SearchOptionsRecord | None = Field(default=None, description="null where they are not known")
     objective: Number = Field(description="the weighted sum of costs: w_F F + w_C C and the user's own")
     force_norm: Number = Field(description="F, N")
     force_norm_floor: Optional = Field(description="least F at these contacts, N; null if there is none")
@@ -175,6 +196,7 @@ class GraspRecord(Record):
     reference_joint_angles: list[Number] = Field(description="q_r, rad")
     joint_torques: list[Number] = Field(description="Jᵀ f, N m")
     palm_pose: PoseRecord = Field(description="of P in O")
+    synergy_space: SynergySpaceRecord | None = Field(default=None, description="in use instead of a named set")
     contacts: list[ContactRecord] = Field(min_length=3)
     external_wrench: Vector6 = Field(description="on the object in O; N, N m")
     parameters: ParameterRecord

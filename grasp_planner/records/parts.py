@@ -1,19 +1,84 @@
-"""Parts of the JSON form of a grasp: clearances, margins, stability."""
+"""Parts of the JSON form of a grasp: pose, synergies, clearances, margins, stability."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+import pinocchio as pin
+
+from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..judge.clearance_check import ClearanceKind, least_distance
 from ..judge.margins import GraspMargins, Margin
 from ..judge.stability import Stability
-from .layout import ClearanceRecord, MarginRecord, MarginsRecord, StabilityRecord
+from ..spatial import Pose, readonly
+from ..synergies.space import SynergySpace
+from .layout import (
+    ClearanceRecord,
+    MarginRecord,
+    MarginsRecord,
+    PoseRecord,
+    StabilityRecord,
+    SynergySpaceRecord,
+)
+
+SAME_ROTATION = 1e-4
+"""How far matrix and quaternion of a pose may differ."""
 
 
 def finite_or_none(value: float) -> float | None:
     """Return a finite number, or None."""
     return float(value) if math.isfinite(value) else None
+
+
+def pose_record(pose: Pose) -> PoseRecord:
+    """Return the record of a pose."""
+    return PoseRecord(
+        position=pose.translation.tolist(),
+        quaternion_xyzw=np.array(pin.Quaternion(np.array(pose.rotation)).coeffs()).tolist(),
+        rotation=pose.rotation.tolist(),
+    )
+
+
+def pose_from_record(record: PoseRecord) -> Pose:
+    """Return the pose of a record: by its matrix, or by its quaternion where there is none.
+
+    Raises:
+        InvalidValueError: If the two differ.
+    """
+    turned = pin.Quaternion(readonly(record.quaternion_xyzw)).normalized().matrix()
+    rotation = turned if record.rotation is None else readonly(record.rotation)
+    if np.abs(rotation - turned).max() > SAME_ROTATION:
+        raise InvalidValueError("palm_pose.rotation", rotation.tolist(), "the matrix of quaternion_xyzw, or null")
+    return Pose.of(pin.SE3(rotation, readonly(record.position)))
+
+
+def synergy_space_record(space: SynergySpace | None) -> SynergySpaceRecord | None:
+    """Return the record of synergies; None if there are none."""
+    if space is None:
+        return None
+    return SynergySpaceRecord(
+        joint_names=list(space.joint_names),
+        mean=space.mean.tolist(),
+        basis=space.basis.tolist(),
+        variance=None if space.variance is None else space.variance.tolist(),
+        name=space.name,
+        provenance=space.provenance,
+    )
+
+
+def synergy_space_from_record(record: SynergySpaceRecord | None) -> SynergySpace | None:
+    """Return the synergies of a record; None if there are none.
+
+    Raises:
+        InvalidValueError: If they are no synergies of their joints.
+    """
+    if record is None:
+        return None
+    if len({len(row) for row in record.basis}) != 1:
+        raise InvalidValueError("synergy_space.basis", "rows of different length", "rows of one length")
+    return SynergySpace(**record.model_dump())
 
 
 def clearance_records(grasp: Grasp) -> list[ClearanceRecord]:

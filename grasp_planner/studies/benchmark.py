@@ -14,10 +14,10 @@ import numpy as np
 import pinocchio as pin
 
 from ..evaluation.state import StateEvaluator
-from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.starts import random_start
 from ..problem.problem import GraspProblem
+from ..problem.search_options import PlannerOptions
 from ..processes import JobContext, JobFunction, answers_in_order
 from .benchmark_problems import BenchmarkCase
 

@@ -12,12 +12,12 @@ from ..grasp.grasp import Grasp
 from ..hand.hand import Hand
 from ..model.task_direction import force_task
 from ..objects import Cylinder
-from ..planning.options import PlannerOptions
 from ..planning.planner import feasible_rank, plan_grasp
 from ..planning.starts import GraspStart
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
+from ..problem.search_options import PlannerOptions
 from .paper_tables import DIRECTIONS, PAPER_CELLS, PaperCell
 
 PARETO_RATIOS = tuple(np.logspace(-9, 0, 20).tolist())

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 from ..checks import positive, positive_whole
 from ..exceptions import FileFormatError, InvalidValueError
 from ..hand.loading import load_hand
-from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..problem.load_cases import LoadCases
 from ..problem.problem import GraspProblem
+from ..problem.search_options import PlannerOptions
 from ..processes import Job, JobContext, JobFunction
 from ..simulate import Protocol, find_protocol, simulate_grasp
 from .benchmark_problems import BenchmarkCase, object_kinds

@@ -12,10 +12,10 @@ import pinocchio as pin
 from ..grasp.grasp import Grasp
 from ..hand.loading import load_hand
 from ..objects import Cylinder
-from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.starts import GraspStart
 from ..problem.problem import GraspProblem
+from ..problem.search_options import PlannerOptions
 
 TIME_LIMIT_S = 8.0
 """How long the page may take to open in the worst case [s]."""

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..grasp.grasp import Grasp, IterationRecord
-from ..planning.options import PlannerOptions
 from ..planning.starts import standard_start
+from ..problem.search_options import PlannerOptions
 from ..spatial import Pose
 from .panels.plan import PlanPanel
 from .panels.widgets import set_value

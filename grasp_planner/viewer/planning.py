@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from ..grasp.grasp import Grasp, IterationRecord, SearchReport
-from ..planning.options import PlannerOptions
 from ..planning.planner import plan_grasp
 from ..planning.starts import GraspStart
 from ..problem.problem import GraspProblem
+from ..problem.search_options import PlannerOptions
 from ..processes import Job, JobContext, JobFunction, WorkerProcess
 from ..processes.worker_process import STANDARD_ERROR
 from ..spatial import Array, Pose

@@ -7,7 +7,7 @@ import viser
 from viser import uplot
 
 from ...grasp.grasp import IterationRecord
-from ...planning.options import PlannerOptions
+from ...problem.search_options import PlannerOptions
 from ..presets import paper_presets
 from ..session import Session
 from .problem import log10
