@@ -1,0 +1,217 @@
+"""Quasi-static maps, subspaces and stiffness against numbers that are not ours, and against the springs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grasp_planner import InvalidValueError
+from grasp_planner.model import (
+    CompliantGrasp,
+    Preload,
+    commanded_forces,
+    compliant_grasp,
+    grasp_stiffness,
+    grasp_subspaces,
+    homogeneous_solution,
+    moved_stiffness,
+    principal_stiffness,
+    projector,
+    quasi_static_maps,
+    rigid_body_motions,
+    weighted_right_inverse,
+)
+from grasp_planner.spatial import Array
+
+FOREIGN = json.loads((Path(__file__).parent / "data" / "three_fingers.json").read_text())
+
+
+def foreign(name: str) -> Array:
+    return np.array(FOREIGN[name])
+
+
+def close(found: Array, expected: Any, tolerance: float = 1e-9) -> None:
+    expected = np.asarray(expected, dtype=float)
+    assert found.shape == expected.shape
+    assert np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
+
+
+@pytest.fixture
+def springs() -> CompliantGrasp:
+    return compliant_grasp(
+        foreign("G"),
+        foreign("J"),
+        np.eye(12),
+        contact_stiffness=foreign("Kc"),
+        joint_stiffness=foreign("Kq"),
+        synergy_stiffness=foreign("Kz"),
+    )
+
+
+def random_springs(seed: int, *, motors: int = 4, preload: bool = True) -> CompliantGrasp:
+    rng = np.random.default_rng(seed)
+
+    def spd(size: int) -> Array:
+        root = rng.normal(size=(size, size))
+        return np.asarray(root @ root.T + size * np.eye(size))
+
+    terms = Preload(*(0.1 * rng.normal(size=shape) for shape in ((11, 11), (11, 6), (motors, motors), (6, 6))))
+    return compliant_grasp(
+        rng.normal(size=(6, 12)),
+        rng.normal(size=(12, 11)),
+        rng.normal(size=(11, motors)),
+        contact_stiffness=spd(12),
+        joint_stiffness=spd(11),
+        synergy_stiffness=spd(motors),
+        preload=terms if preload else None,
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "letter"),
+    [
+        ("object_motion", "V"),
+        ("contact_forces", "P"),
+        ("joint_motion", "Q"),
+        ("joint_torques", "T"),
+        ("synergy_motion", "Y"),
+    ],
+)
+def test_the_maps_are_those_of_syngrasp(springs: CompliantGrasp, name: str, letter: str) -> None:
+    close(getattr(quasi_static_maps(springs).commands, name), FOREIGN[letter])
+
+
+def test_the_object_follows_rigid_motors_as_in_syngrasp(springs: CompliantGrasp) -> None:
+    free = compliant_grasp(
+        springs.grasp, springs.jacobian, np.eye(12), contact_stiffness=foreign("Kc"), joint_stiffness=None
+    )
+    close(quasi_static_maps(free).commands.object_motion, FOREIGN["Vq"])
+
+
+def test_an_activation_is_that_of_syngrasp(springs: CompliantGrasp) -> None:
+    given = FOREIGN["activation"]
+    found = quasi_static_maps(springs).commands.of(given["delta_zr"])
+    close(found.contact_forces, given["delta_lambda"])
+    close(found.motor_forces, given["delta_sigma"])
+    close(found.object_motion, given["delta_u"])
+
+
+def test_the_springs_hold_in_every_answer() -> None:
+    springs = random_springs(3)
+    maps, terms = quasi_static_maps(springs), springs.preload
+    for answer, wrench, reference in (
+        (maps.commands, np.zeros((6, 4)), np.eye(4)),
+        (maps.wrench, np.eye(6), np.zeros((4, 6))),
+    ):
+        f, q, u, z = answer.contact_forces, answer.joint_motion, answer.object_motion, answer.synergy_motion
+        close(springs.contact_compliance @ f, springs.jacobian @ q - springs.grasp.T @ u)
+        close(answer.joint_torques, springs.jacobian.T @ f + terms.joints @ q + terms.object @ u)
+        close(springs.joint_compliance @ answer.joint_torques, springs.basis @ z - q)
+        close(answer.motor_forces, springs.basis.T @ answer.joint_torques + terms.synergies @ z)
+        close(springs.synergy_compliance @ answer.motor_forces, reference - z)
+        assert np.abs(springs.grasp @ f - terms.wrench @ u + wrench).max() < 1e-9
+
+
+def test_without_preload_the_maps_have_closed_forms() -> None:
+    springs = random_springs(4, preload=False)
+    stiffness, g = springs.stiffness, springs.grasp
+    inverse = weighted_right_inverse(g, stiffness)
+    moved = stiffness @ springs.jacobian @ springs.basis
+    maps = quasi_static_maps(springs)
+    close(maps.commands.contact_forces, moved - inverse @ (g @ moved))
+    close(maps.wrench.contact_forces, -inverse)
+    close(maps.commands.object_motion, np.linalg.solve(g @ stiffness @ g.T, g @ moved))
+
+
+def test_a_hand_of_rigid_joints_contacts_and_motors_is_a_limit() -> None:
+    springs = random_springs(5, preload=False)
+    g, j, s = springs.grasp, springs.jacobian, springs.basis
+    for name in ("contact_stiffness", "joint_stiffness", "synergy_stiffness"):
+        given: dict[str, Any] = {"contact_stiffness": 20.0, "joint_stiffness": 3.0, "synergy_stiffness": 2.0}
+        rigid = quasi_static_maps(compliant_grasp(g, j, s, **(given | {name: None}))).commands.contact_forces
+        stiff = quasi_static_maps(compliant_grasp(g, j, s, **(given | {name: 1e9}))).commands.contact_forces
+        close(stiff, rigid, 1e-6)
+
+
+def test_subspaces_are_those_of_syngrasp(springs: CompliantGrasp) -> None:
+    spaces = grasp_subspaces(springs.grasp, springs.jacobian)
+    close(projector(spaces.internal_forces), FOREIGN["null_G"])
+    close(projector(spaces.redundant_motions), FOREIGN["null_J"])
+    close(projector(commanded_forces(springs)), FOREIGN["E"])
+    rigid = rigid_body_motions(springs)
+    close(projector(rigid["synergy_motion"]), FOREIGN["rigid_references"])
+    close(projector(np.vstack([rigid["synergy_motion"], rigid["object_motion"]])), FOREIGN["rigid_graph"])
+    assert spaces.classes == ("graspable", "redundant")
+
+
+def test_classes_of_small_grasps_have_their_names() -> None:
+    # Two hard fingers on a line: the object turns freely about it; one joint moves one of them along it.
+    grasp = np.zeros((6, 6))
+    grasp[:3, :3] = grasp[:3, 3:] = np.eye(3)
+    grasp[4, 2], grasp[5, 1], grasp[4, 5], grasp[5, 4] = -1.0, 1.0, 1.0, -1.0
+    jacobian = np.zeros((6, 1))
+    jacobian[1, 0] = 1.0
+    spaces = grasp_subspaces(grasp, jacobian)
+    assert spaces.classes == ("indeterminate", "graspable", "defective", "hyperstatic")
+    close(projector(spaces.free_motions), np.diag([0.0, 0, 0, 1, 0, 0]))
+    close(grasp @ spaces.hyperstatic_forces + 1.0, np.ones((6, 1)))
+    assert np.abs(jacobian.T @ spaces.hyperstatic_forces).max() < 1e-12
+
+
+def test_the_homogeneous_solution_satisfies_every_law_with_the_physical_sign() -> None:
+    springs = random_springs(6, motors=10, preload=False)
+    solution = homogeneous_solution(springs)
+    for part in (solution.rigid, solution.internal, solution.external):
+        size = max(1.0, np.abs(part["contact_forces"]).max(initial=0.0))
+        residuals = (
+            part["wrench"] + springs.grasp @ part["contact_forces"],
+            springs.contact_compliance @ part["contact_forces"]
+            - springs.jacobian @ part["joint_motion"]
+            + springs.grasp.T @ part["object_motion"],
+            springs.joint_compliance @ part["joint_torques"]
+            - springs.basis @ part["synergy_motion"]
+            + part["joint_motion"],
+            springs.synergy_compliance @ part["motor_forces"] - part["references"] + part["synergy_motion"],
+        )
+        for residual in residuals:
+            assert np.abs(residual).max(initial=0.0) < 1e-9 * size
+    assert solution.rigid["references"].shape[1] == 10 + 6 - 12
+
+
+def test_stiffness_is_that_of_syngrasp(springs: CompliantGrasp) -> None:
+    close(grasp_stiffness(springs), FOREIGN["K_grasp"])
+    close(springs.stiffness, FOREIGN["K_series"])
+
+
+def test_principal_axes_belong_to_the_centre_of_compliance() -> None:
+    root = np.random.default_rng(1).normal(size=(6, 6))
+    stiffness = root @ root.T
+    found = principal_stiffness(stiffness)
+    about = np.linalg.inv(moved_stiffness(stiffness, found.centre))
+    close(about[3:, :3], about[3:, :3].T)
+    for k in range(3):
+        force = found.translational_axes[:, k]
+        assert force @ about[:3, :3] @ force == pytest.approx(1.0 / found.translational[k])
+    # Springs through one point have it as their centre.
+    point = np.array([0.1, -0.2, 0.3])
+    central = np.diag([100.0, 200.0, 300.0, 1.0, 2.0, 3.0])
+    moved = principal_stiffness(moved_stiffness(central, -point))
+    close(moved.centre, point)
+    close(moved.translational, [100.0, 200.0, 300.0])
+    close(moved.rotational, [1.0, 2.0, 3.0])
+
+
+def test_springs_that_leave_the_object_free_are_refused() -> None:
+    given: dict[str, Any] = {"contact_stiffness": 1.0, "joint_stiffness": 1.0}
+    with pytest.raises(InvalidValueError, match="springs that fix it"):
+        quasi_static_maps(compliant_grasp(np.zeros((6, 3)), np.eye(3), np.eye(3), **given))
+
+
+@pytest.mark.parametrize("stiffness", [-1.0, [[1.0, 2.0], [2.0, 1.0]], np.eye(3), np.nan, np.triu(np.ones((12, 12)))])
+def test_bad_stiffnesses_are_refused(stiffness: Any) -> None:
+    with pytest.raises(InvalidValueError, match="joint_stiffness"):
+        compliant_grasp(np.ones((6, 9)), np.ones((9, 12)), np.eye(12), contact_stiffness=1.0, joint_stiffness=stiffness)
