@@ -10,7 +10,8 @@ from click.testing import CliRunner
 
 import grasp_planner as gp
 from grasp_planner.batch import load_table
-from grasp_planner.batch.store import part_files, read_run_info
+from grasp_planner.batch.journal import journal_line
+from grasp_planner.batch.run_files import part_files, read_run_info
 from grasp_planner.cli.main import main
 from grasp_planner.cli.options import parse_counts, parse_names
 from grasp_planner.judge.margins import UNBOUNDED
@@ -135,8 +136,8 @@ def cut_last_line(folder):
     rows = load_table(folder).to_pylist()
     for path in part_files(folder):
         path.unlink()
-    lines = [json.dumps(row) for row in rows]
-    (folder / "journal-000001.jsonl").write_text("\n".join(lines)[: -len(lines[-1]) // 2], encoding="utf-8")
+    lines = [journal_line(row) for row in rows]
+    (folder / "journal-000001.jsonl").write_bytes(b"".join(lines)[: -len(lines[-1]) // 2])
 
 
 def test_a_study_goes_on_after_a_row_that_was_cut_off(tmp_path):

@@ -31,6 +31,11 @@ _TYPES: dict[str, Any] = {
     ),
 }
 
+COLUMN_TYPES = tuple(_TYPES)
+"""Types that columns have."""
+MAX_PART_BYTES = 2**30
+"""Largest Parquet file that is read, decompressed [bytes]."""
+
 
 def schema_of(columns: Mapping[str, str]) -> pa.Schema:
     """Return the Arrow schema of columns given by name and type."""
@@ -54,19 +59,34 @@ def write_part(table: pa.Table, path: Path) -> None:
     """
     try:
         with replacing(path, ResultsError) as file:
-            pq.write_table(table, file, compression="zstd")
+            pq.write_table(table, file, compression="zstd", write_page_checksum=True)
     finally:
         pa.default_memory_pool().release_unused()
 
 
-def read_part(path: Path, columns: list[str] | None = None) -> pa.Table:
+def read_part(path: Path, columns: Mapping[str, str], names: list[str], max_rows: int) -> pa.Table:
     """Read a Parquet file of a run.
 
+    Args:
+        path: The file.
+        columns: Every column it has to have, and its type.
+        names: Columns to read.
+        max_rows: Most rows it may have.
+
     Raises:
-        ResultsError: If it is damaged.
+        FileNotFoundError: If it is gone.
+        ResultsError: If it is damaged, too large, or has other columns.
     """
     try:
-        return pq.read_table(path, columns=columns, partitioning=None)
-    except (OSError, pa.ArrowException) as error:
-        reason = str(error).splitlines()[0]
-        raise ResultsError(path, f"can't be read ({reason}); move it away and its cases are planned anew") from None
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            meta, schema = file.metadata, file.schema_arrow
+            size = sum(meta.row_group(k).total_byte_size for k in range(meta.num_row_groups))
+            if meta.num_rows > max_rows or not 0 <= size <= MAX_PART_BYTES:
+                raise ResultsError(path, f"holds more than {max_rows} rows or {MAX_PART_BYTES} bytes")
+            if not schema.equals(schema_of(columns)):
+                raise ResultsError(path, "has other columns than the run")
+            return file.read(names, use_threads=False).select(names)
+    except FileNotFoundError:
+        raise
+    except (OSError, pa.ArrowException, ValueError, MemoryError) as error:
+        raise ResultsError(path, f"can't be read ({(str(error).splitlines() or ['?'])[0]})") from None

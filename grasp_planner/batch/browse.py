@@ -19,7 +19,7 @@ from .case import GraspCase
 from .errors import ResultsError
 from .results import find_rows, load_grasps, load_table
 from .rows import RUN_COLUMNS
-from .store import read_run_info
+from .run_files import read_run_info
 
 ALL = "all"
 """Choice of a filter that keeps every row."""

@@ -16,7 +16,7 @@ from .report_plots import boxes, histograms, png_data, share_bars
 from .report_tables import failure_table, group_table, groups, numbers, share_of, table
 from .results import load_grasps, load_table
 from .rows import Row
-from .store import RunInfo, read_run_info
+from .run_files import RunInfo, read_run_info
 
 MAX_LISTED = 5000
 """Rows listed one by one."""

@@ -13,10 +13,11 @@ from ..hand.hand import Hand
 from ..hand.loading import load_hand
 from ..records.grasp_record import grasp_from_record
 from ..records.layout import GraspRecord
-from .arrow import read_part, schema_of, table_of
+from .arrow import schema_of
 from .errors import BatchDependencyError, ResultsError
+from .journal import journal_rows, journal_table
 from .rows import record_of
-from .store import journal_rows, part_files, read_run_info
+from .run_files import read_run_info, sound_tables
 
 try:
     import pyarrow as pa
@@ -36,7 +37,10 @@ def load_table(folder: str | Path, columns: Sequence[str] | None = None) -> pa.T
         The table; ``.to_pandas()`` and ``polars.from_arrow`` take it on.
 
     Raises:
-        ResultsError: If there is no run, or a file of it is damaged.
+        ResultsError: If there is no run.
+
+    Warns:
+        DamagedRunWarning: If a file of it is damaged or does not belong there; its rows are left out.
         InvalidValueError: If a column does not exist.
     """
     folder = Path(folder)
@@ -47,8 +51,8 @@ def load_table(folder: str | Path, columns: Sequence[str] | None = None) -> pa.T
             raise InvalidValueError("columns", name, f"one of {', '.join(info.columns)}")
     wanted = names if "row" in names else ["row", *names]
     # The journal first: a row that moves to a Parquet file meanwhile is then seen twice, and not missed.
-    journal = table_of(journal_rows(folder), info.columns).select(wanted)
-    parts = [read_part(path, wanted).select(wanted) for path in part_files(folder)]
+    journal = journal_table(journal_rows(folder, info), info).select(wanted)
+    parts = list(sound_tables(folder, info, wanted))
     schema = schema_of({name: info.columns[name] for name in wanted})
     table = pa.concat_tables([schema.empty_table(), *parts])
     late = pc.invert(pc.is_in(journal["row"], value_set=table["row"].combine_chunks()))
@@ -160,16 +164,12 @@ def load_hands_and_records(folder: Path, rows: Sequence[int]) -> list[tuple[str,
         InvalidValueError: If a row does not exist or has no grasp.
     """
     numbers = set(rows)
-    wanted = pa.array(sorted(numbers), pa.int64())
-    names = ["row", "hand", "status", "message", "time_s", "record"]
-    found = {values["row"]: values for values in journal_rows(folder) if values["row"] in numbers}
-    for path in part_files(folder):
-        # The numbers are read first, so that the long texts of other files stay on disk.
-        if pc.any(pc.is_in(read_part(path, ["row"])["row"], value_set=wanted)).as_py():
-            part = read_part(path, names)
-            for values in part.filter(pc.is_in(part["row"], value_set=wanted)).to_pylist():
-                found[values["row"]] = values
     info = read_run_info(folder)
+    names = ["row", "hand", "status", "message", "time_s", "record"]
+    journal = journal_table((values for values in journal_rows(folder, info) if values["row"] in numbers), info)
+    found = {values["row"]: values for values in journal.to_pylist()}
+    for table in sound_tables(folder, info, names, numbers):
+        found |= {values["row"]: values for values in table.to_pylist()}
     records = []
     for row in rows:
         if row not in found:

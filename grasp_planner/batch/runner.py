@@ -12,8 +12,8 @@ from .expand import CaseTable, cases_hash
 from .planning_job import STANDARD_PLANNER, find_planner, planning_function
 from .progress import BatchProgress
 from .rows import Row, add_failure, case_row
+from .run_files import run_info
 from .spec import BatchSpec
-from .store import run_info
 from .work import BatchSummary as BatchSummary
 from .work import RowWork, work_off_rows
 

@@ -21,7 +21,7 @@ from ..simulate import Protocol, Simulation, protocol_from, simulate_grasp, simu
 from .progress import BatchProgress
 from .results import find_rows, load_hands_and_records
 from .rows import Row
-from .store import RunInfo
+from .run_files import RunInfo
 from .work import BatchSummary, RowWork, work_off_rows
 
 FUNCTION = JobFunction("grasp_planner.batch.simulations:case_simulator")

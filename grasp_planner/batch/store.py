@@ -5,101 +5,55 @@
     run.json                     what is run: hash, number of cases, columns, specification
     results/part-000001.parquet  rows, final; read this folder with pandas, polars or DuckDB
     journal-000002.jsonl         rows that are not in a Parquet file yet, one a line
+    parts.sha256                 checksums of the Parquet files; sha256sum --check reads them
+    set-aside/                   what lay there and is damaged or does not belong there; nothing is deleted
     workers.log                  what workers wrote to standard error
     run.lock                     held while a process runs the batch
 
-Journal k turns into part k, by one rename; then it is deleted. Where both exist the journal is obsolete. So every
-row is in exactly one place at every instant, and a kill loses only the cases that were being planned.
+A journal turns into a Parquet file by one rename; then it is deleted. A row that stands in both counts once. So no
+row is ever missing, and a kill loses only the cases that were being planned. Nothing in the
+folder is trusted: finished are the distinct rows of this run that can be read; everything else is set aside and planned
+again.
 """
 
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import time
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+import warnings
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import IO
 
-from ..files.writing import AppendedFile, open_log, take_lock, write_text
-from .arrow import read_part, table_of, write_part
+from pyarrow import Table
+
+from ..files.writing import PART_SUFFIX, AppendedFile, open_log, take_lock, write_text
+from .arrow import read_part, write_part
 from .errors import ResultsError
-from .rows import Row, columns
+from .journal import journal_files, journal_line, journal_lines, journal_table
+from .rows import Row
+from .run_files import (
+    PART_NAME,
+    SET_ASIDE,
+    SUMS,
+    DamagedRunWarning,
+    PartRows,
+    RunInfo,
+    part_files,
+    read_parts,
+    read_run_info,
+    read_sums,
+    sum_line,
+)
 
 PART_ROWS = 500
 """Rows after which the journal is turned into a Parquet file."""
 PART_SECONDS = 120.0
 """Age of the journal after which it is turned into a Parquet file [s]."""
-FORMAT = 1
-"""Version of the layout of the folder."""
-
-
-@dataclass(frozen=True)
-class RunInfo:
-    """What a run is.
-
-    Attributes:
-        spec_hash: Hash of all its cases and the planner; a run that can grow leaves the number of cases out.
-        cases: Number of cases.
-        planner: What plans, as ``module:function``.
-        columns: Type of every column, by name.
-        spec: Text of the specification, if there was one.
-        format: Version of the layout of the folder.
-    """
-
-    spec_hash: str
-    cases: int
-    planner: str
-    columns: dict[str, str]
-    spec: str = ""
-    format: int = FORMAT
-
-
-def read_run_info(folder: Path) -> RunInfo:
-    """Return what a run is.
-
-    Raises:
-        ResultsError: If the folder holds no run.
-    """
-    path = folder / "run.json"
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        if data["format"] != FORMAT:
-            raise ResultsError(path, f"format {data['format']} instead of {FORMAT}")
-        return RunInfo(**data)
-    except OSError as error:
-        raise ResultsError(path, f"no run here: {error.strerror}") from None
-    except (ValueError, TypeError, KeyError) as error:
-        raise ResultsError(path, f"is damaged: {error}") from None
-
-
-def part_files(folder: Path) -> list[Path]:
-    """Return the Parquet files of a run, oldest first."""
-    return sorted((folder / "results").glob("part-*.parquet"))
-
-
-def journal_rows(folder: Path) -> Iterator[Row]:
-    """Yield the rows that are in no Parquet file yet; a line cut off by a kill is left out."""
-    for path in sorted(folder.glob("journal-*.jsonl")):
-        if not _part_of(path).exists():
-            yield from _lines_of(path)
-
-
-def _lines_of(journal: Path) -> Iterator[Row]:
-    """Yield the rows of one journal; none if it has become a Parquet file since it was listed."""
-    if not journal.exists():
-        return
-    with journal.open("rb") as file:
-        for line in file:
-            try:
-                values = json.loads(line)
-            except ValueError:
-                continue
-            if isinstance(values, dict) and "row" in values:
-                yield values
 
 
 class ResultStore:
@@ -118,6 +72,7 @@ class ResultStore:
         self.done = bytearray(info.cases)
         self.finished = self.feasible = 0
         self._journal: AppendedFile | None = None
+        self._path: Path | None = None
         self._pending = 0
         self._began = 0.0
         try:
@@ -127,8 +82,9 @@ class ResultStore:
             raise ResultsError(folder, f"can't be written: {error.strerror}") from None
         try:
             self._check_same()
-            self._fold_left_over()
-            self._read_done()
+            self._adopt_parts()
+            for path in journal_files(folder):
+                self._fold(path, mine=False)
             self.log: IO[bytes] = open_log(folder / "workers.log")
         except OSError as error:
             os.close(self._lock)
@@ -161,7 +117,7 @@ class ResultStore:
         new = list({values["row"]: values for values in rows if not self.done[values["row"]]}.values())
         if not new:
             return
-        data = b"".join(json.dumps(values, separators=(",", ":")).encode() + b"\n" for values in new)
+        data = b"".join(journal_line(values) for values in new)
         try:
             if self._journal is None:
                 self._journal = self._open_journal()
@@ -186,7 +142,12 @@ class ResultStore:
         if self._journal is not None:
             self._journal.close()
             self._journal = None
-        self._fold_left_over()
+        if self._path is not None:
+            try:
+                self._fold(self._path, mine=True)
+            except OSError as error:
+                raise ResultsError(self.folder, f"can't be written: {error.strerror}") from None
+            self._path = None
         self._pending = 0
 
     def close(self) -> None:
@@ -199,29 +160,93 @@ class ResultStore:
 
     def _open_journal(self) -> AppendedFile:
         """Open the next journal."""
-        parts = part_files(self.folder)
-        number = 1 + (int(parts[-1].stem.split("-")[1]) if parts else 0)
-        path = self.folder / f"journal-{number:06d}.jsonl"
+        self._path = self.folder / f"journal-{self._next_part():06d}.jsonl"
         self._began = time.monotonic()
-        return AppendedFile(path)
+        return AppendedFile(self._path)
 
-    def _fold_left_over(self) -> None:
-        """Turn every journal into its Parquet file."""
-        for path in sorted(self.folder.glob("journal-*.jsonl")):
-            if not _part_of(path).exists():
-                rows = {values["row"]: values for values in _lines_of(path)}
-                if rows:
-                    write_part(table_of(rows.values(), self.info.columns), _part_of(path))
-            path.unlink()
+    def _next_part(self) -> int:
+        """Return the number of the next Parquet file."""
+        found = [PART_NAME.fullmatch(path.name) for path in part_files(self.folder)]
+        return 1 + max((int(match[1]) for match in found if match), default=0)
 
-    def _read_done(self) -> None:
-        """Note which cases have a row."""
-        for path in part_files(self.folder):
-            table = read_part(path, ["row", "feasible"])
-            for row in table["row"].to_pylist():
-                self.done[row] = 1
-            self.finished += table.num_rows
-            self.feasible += sum(table["feasible"].to_pylist())
+    def _fold(self, journal: Path, *, mine: bool) -> None:
+        """Turn a journal into a Parquet file; the rows of one that an earlier process left are counted now."""
+        lines = list(journal_lines(journal, self.info))
+        rows = [line.values for line in lines if line.values is not None]
+        table = journal_table((row for row in rows if mine or not self.done[row["row"]]), self.info)
+        if table.num_rows:
+            self._write_part(table, self.folder / "results" / f"part-{self._next_part():06d}.parquet")
+        if not mine:
+            self._count(table)
+        faults = sum(line.values is None and not line.torn for line in lines)
+        if faults:
+            self._set_aside(journal, f"{faults} of its lines are damaged")
+        else:
+            journal.unlink(missing_ok=True)
+
+    def _adopt_parts(self) -> None:
+        """Count the rows of the Parquet files, and set aside what is not one of this run."""
+        for unfinished in (self.folder / "results").glob(f".*{PART_SUFFIX}"):
+            unfinished.unlink(missing_ok=True)  # its rows are in a journal still
+        sums, faults = read_sums(self.folder), []
+        for part in read_parts(self.folder, self.info, ["row", "feasible"]):
+            if part.fault:
+                faults.append(part)
+                continue
+            self._count(part.table)
+            if part.path.name not in sums:
+                self._note_sum(part.path)
+        for part in faults:
+            good = self._rows_of(part)
+            self._set_aside(part.path, part.fault)
+            if good is not None:
+                self._write_part(good, part.path)
+                self._count(good)
+
+    def _rows_of(self, part: PartRows) -> Table | None:
+        """Return what is good in a Parquet file, all columns; None if nothing is."""
+        numbers = part.table["row"].to_pylist()
+        if not numbers:
+            return None
+        try:
+            whole = read_part(part.path, self.info.columns, list(self.info.columns), self.info.cases)
+        except ResultsError:
+            return None
+        # A row that stands twice in the file is kept once.
+        wanted = set(numbers)
+        return journal_table((values for values in whole.to_pylist() if values["row"] in wanted), self.info)
+
+    def _count(self, table: Table) -> None:
+        """Note the rows of a table as being on disk."""
+        for row in table["row"].to_pylist():
+            self.done[row] = 1
+        self.finished += table.num_rows
+        self.feasible += sum(table["feasible"].to_pylist())
+
+    def _write_part(self, table: Table, path: Path) -> None:
+        """Write a Parquet file and its checksum."""
+        write_part(table, path)
+        self._note_sum(path)
+
+    def _note_sum(self, path: Path) -> None:
+        """Write down the checksum of a Parquet file."""
+        sums = AppendedFile(self.folder / SUMS)
+        try:
+            sums.append(sum_line(path))
+        finally:
+            sums.close()
+
+    def _set_aside(self, path: Path, fault: str) -> None:
+        """Move a file out of the way and say so."""
+        place = self.folder / SET_ASIDE
+        place.mkdir(exist_ok=True)
+        number = itertools.count(1)
+        target = place / path.name
+        while target.exists():
+            target = place / f"{path.name}.{next(number)}"
+        path.rename(target)
+        text = f"{path.name} set aside as {SET_ASIDE}/{target.name}: {fault}; what it does not hold is planned again"
+        warnings.warn(f"{self.folder}: {text}", DamagedRunWarning, stacklevel=2)
 
     def _take_lock(self) -> int:
         """Keep other processes out, as long as this one lives."""
@@ -246,13 +271,3 @@ class ResultStore:
             raise ResultsError(self.folder, reason)
         if there.columns != self.info.columns:
             raise ResultsError(self.folder, "was begun by a version with other columns; choose another folder")
-
-
-def run_info(spec_hash: str, cases: int, planner: str, spec: str = "") -> RunInfo:
-    """Return what is run, with the columns of this version."""
-    return RunInfo(spec_hash, cases, planner, columns(), spec)
-
-
-def _part_of(journal: Path) -> Path:
-    """Return the Parquet file a journal turns into."""
-    return journal.parent / "results" / f"{journal.stem.replace('journal', 'part')}.parquet"

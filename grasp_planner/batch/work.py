@@ -14,7 +14,8 @@ from .errors import ResultsError
 from .interrupts import StopOnSignal
 from .progress import BatchProgress, RateMeter
 from .rows import Row
-from .store import ResultStore, RunInfo
+from .run_files import RunInfo
+from .store import ResultStore
 
 
 @dataclass(frozen=True)

@@ -235,7 +235,7 @@ def run_study(
         BatchDependencyError: If the extra ``batch`` is not installed.
         FileFormatError: If the folder can't be written or holds another study.
     """
-    from ..batch.store import RunInfo
+    from ..batch.run_files import RunInfo
     from ..batch.work import RowWork, work_off_rows
 
     cases, given = settings.cases, json.loads(json.dumps(asdict(settings)))
@@ -286,7 +286,7 @@ def _values(row: int, found: StudyRow, status: str) -> dict[str, Any]:
 
 def _check_same(folder: Path, given: dict[str, Any]) -> None:
     """Refuse the folder of another study; more problems are the same one, and its rows stay."""
-    from ..batch.store import read_run_info
+    from ..batch.run_files import read_run_info
 
     if not (folder / "run.json").exists():
         return

@@ -19,7 +19,7 @@ from grasp_planner.batch.export import (
 )
 from grasp_planner.batch.report import best_rows, write_report
 from grasp_planner.batch.results import load_table
-from grasp_planner.batch.store import read_run_info
+from grasp_planner.batch.run_files import read_run_info
 
 
 @pytest.fixture(scope="module")

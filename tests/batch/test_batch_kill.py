@@ -10,7 +10,7 @@ import pytest
 
 from grasp_planner.batch import load_row, load_table
 from grasp_planner.batch.rows import columns
-from grasp_planner.batch.store import part_files
+from grasp_planner.batch.run_files import part_files
 
 CASES = 160
 SPEC = f"""

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import warnings
 
 import duckdb
 import pandas as pd
@@ -12,7 +13,8 @@ import pytest
 from grasp_planner.batch import GraspCase, ResultsError, find_rows, load_table
 from grasp_planner.batch import store as store_module
 from grasp_planner.batch.rows import add_failure, case_row, columns
-from grasp_planner.batch.store import ResultStore, part_files, run_info
+from grasp_planner.batch.run_files import DamagedRunWarning, part_files, run_info
+from grasp_planner.batch.store import ResultStore
 from grasp_planner.files import writing
 
 INFO = run_info("abc", 10, "module:function")
@@ -64,9 +66,16 @@ def test_a_line_cut_off_by_a_kill_is_left_out(tmp_path, torn):
     os.close(store._lock)  # what a kill leaves behind
     with (tmp_path / "journal-000001.jsonl").open("ab") as file:
         file.write(torn)
-    assert rows_of(tmp_path) == [0, 1]
-    with ResultStore(tmp_path, INFO) as again:
-        assert again.finished == 2
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        assert rows_of(tmp_path) == [0, 1]
+    assert len(said) == torn.endswith(b"\n")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        with ResultStore(tmp_path, INFO) as again:
+            assert again.finished == 2
+    # The last line cut off is what a kill leaves; a whole line that is no row is not.
+    assert len(said) == torn.endswith(b"\n") == (tmp_path / "set-aside").exists()
     assert rows_of(tmp_path) == [0, 1]
     store.log.close()
     store._journal.close()
@@ -149,10 +158,11 @@ def test_damaged_part_is_named(tmp_path):
     with ResultStore(tmp_path, INFO) as store:
         store.append([row(0)])
     part_files(tmp_path)[0].write_bytes(b"PAR1nonsense")
-    with pytest.raises(ResultsError, match=r"part-000001.parquet: can't be read"):
-        load_table(tmp_path)
-    with pytest.raises(ResultsError, match=r"part-000001.parquet: can't be read"):
-        ResultStore(tmp_path, INFO)
+    with pytest.warns(DamagedRunWarning, match=r"part-000001.parquet: left out: is damaged"):
+        assert load_table(tmp_path).num_rows == 0
+    with pytest.warns(DamagedRunWarning, match=r"part-000001.parquet set aside"), ResultStore(tmp_path, INFO) as again:
+        assert not any(again.done)
+    assert (tmp_path / "set-aside" / "part-000001.parquet").read_bytes() == b"PAR1nonsense"
 
 
 def test_no_run_here(tmp_path):
