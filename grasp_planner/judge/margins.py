@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model.contacts import Contacts
-from ..model.force_closure import cone_rows, solve_cone_program
+from ..model.force_closure import HARD, solve_cone_program
 from ..model.friction import friction_margins
 from ..model.task_direction import TaskDirection
 from ..problem.load_cases import sphere_directions
@@ -267,7 +267,7 @@ def _active(held: Holding, wrench: Array) -> Margin:
     normals, nominal = held.contacts.normals, held.forces.ravel()
     n_c = len(normals)
     moves = np.column_stack([held.internal, -held.response @ wrench])
-    in_forces = cone_rows(normals, held.friction, 3 * n_c)
+    in_forces = HARD.cone_rows(normals, held.friction, 3 * n_c)
     cones, offsets = [rows @ moves for rows in in_forces], [rows @ nominal for rows in in_forces]
 
     def at_most(row: Array, limit: float) -> None:

@@ -7,6 +7,11 @@ from .compliance import internal_forces as internal_forces
 from .compliance import joint_torques as joint_torques
 from .compliance import series_stiffness as series_stiffness
 from .compliance import weighted_right_inverse as weighted_right_inverse
+from .contact_model import ContactModel as ContactModel
+from .contact_model import Frictionless as Frictionless
+from .contact_model import HardFinger as HardFinger
+from .contact_model import SoftFinger as SoftFinger
+from .contact_model import parse_contact_model as parse_contact_model
 from .contacts import Contacts as Contacts
 from .contacts import find_contacts as find_contacts
 from .contacts import fingertip_positions as fingertip_positions

@@ -11,88 +11,78 @@ from collections.abc import Sequence
 
 import clarabel
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
 
-from ..spatial import Array, skew
-from .contacts import grasp_matrix
+from ..spatial import Array
+from .contact_model import ContactModel, HardFinger
+
+HARD = HardFinger()
+"""The contacts of the paper."""
 
 
-def force_norm_floor(points: Array, normals: Array, friction: float, external_wrench: Array) -> float:
+def force_norm_floor(
+    points: Array, normals: Array, friction: npt.ArrayLike, external_wrench: Array, model: ContactModel = HARD
+) -> float:
     """Return the least F = √(Σ f_n²) of any contact forces in the cones that balance an external wrench.
 
     Args:
         points: Contact points in O [m], of shape (n_c, 3).
         normals: Unit normals into the object, of shape (n_c, 3).
-        friction: Coefficient of friction μ.
+        friction: Coefficient of friction μ, one number or one for each contact.
         external_wrench: w_ext on the object [N, N m], of shape (6,).
+        model: What the contacts transmit.
 
     Returns:
         The floor [N]; infinite if no such forces exist.
     """
-    # Variables (f, t): minimise t with ‖f_n‖ ≤ t, G f = −w_ext, f in the cones.
-    n_c = len(points)
-    size = 3 * n_c + 1
+    # Variables (λ, t): minimise t with ‖f_n‖ ≤ t, G λ = −w_ext, λ in the cones.
+    n_c, d = len(points), model.dimension
+    size = d * n_c + 1
     normal_map = np.zeros((n_c, size))
-    for i, normal in enumerate(normals):
-        normal_map[i, 3 * i : 3 * i + 3] = normal
+    for i, covector in enumerate(model.covectors(normals)):
+        normal_map[i, d * i : d * i + d] = covector
     norm_rows = np.vstack([np.eye(size)[-1], normal_map])
     cost = np.eye(size)[-1]
-    equality = np.hstack([grasp_matrix(points), np.zeros((6, 1))])
-    cones = [norm_rows, *cone_rows(normals, friction, size)]
+    equality = np.hstack([model.grasp_matrix(points, normals), np.zeros((6, 1))])
+    cones = [norm_rows, *model.cone_rows(normals, friction, size)]
     solution = solve_cone_program(cost, equality, -external_wrench, cones, [np.zeros(len(rows)) for rows in cones])
     return math.inf if solution is None else float(solution[-1])
 
 
-def force_closure_margin(points: Array, normals: Array, friction: float) -> float:
+def force_closure_margin(points: Array, normals: Array, friction: npt.ArrayLike, model: ContactModel = HARD) -> float:
     """Return how far inside the friction cones internal forces can be, for unit mean normal force.
 
     The grasp is force-closed if and only if the margin is positive and G has rank 6: then a scaled internal
-    force absorbs any wrench. The margin is max s with G f = 0, μ f_n − |f_t| ≥ s, mean f_n = 1.
+    force absorbs any wrench. The margin is max s with G λ = 0, μ f_n − |λ − f_n ν| ≥ s, mean f_n = 1; for a hard
+    finger λ is the force f, and the length is |f_t|.
 
     Args:
         points: Contact points in O [m], of shape (n_c, 3).
         normals: Unit normals into the object, of shape (n_c, 3).
-        friction: Coefficient of friction μ.
+        friction: Coefficient of friction μ, one number or one for each contact.
+        model: What the contacts transmit.
 
     Returns:
-        Margin, at most μ; negative infinity if G lacks rank 6 or no internal force exists.
+        Margin, at most the mean μ; negative infinity if G lacks rank 6 or no internal force exists.
     """
-    grasp = grasp_matrix(points)
+    grasp = model.grasp_matrix(points, normals)
     scale = np.repeat([1.0, 1.0 / max(float(np.ptp(points, axis=0).max()), 1e-9)], 3)
-    if len(points) < 3 or np.linalg.matrix_rank(scale[:, None] * grasp, tol=1e-6) < 6:
+    if len(points) < model.fewest_contacts or np.linalg.matrix_rank(scale[:, None] * grasp, tol=1e-6) < 6:
         return -math.inf
-    # Variables (f, s): s is subtracted in the first row of every cone.
+    # Variables (λ, s): s is subtracted in the first row of every cone.
     n_c = len(points)
-    size = 3 * n_c + 1
+    size = grasp.shape[1] + 1
     equality = np.zeros((7, size))
     equality[:6, :-1] = scale[:, None] * grasp
-    equality[6, :-1] = normals.ravel() / n_c
-    cones = cone_rows(normals, friction, size)
+    equality[6, :-1] = model.covectors(normals).ravel() / n_c
+    cones = model.cone_rows(normals, friction, size)
     for rows in cones:
         rows[0, -1] = -1.0
-    solution = solve_cone_program(-np.eye(size)[-1], equality, np.eye(7)[6], cones, [np.zeros(4)] * n_c)
+    solution = solve_cone_program(
+        -np.eye(size)[-1], equality, np.eye(7)[6], cones, [np.zeros(len(rows)) for rows in cones]
+    )
     return -math.inf if solution is None else float(solution[-1])
-
-
-def cone_rows(normals: Array, friction: float, size: int) -> list[Array]:
-    """Return for each contact the rows A with A x = (μ f_n, f_t), which has to lie in the second-order cone.
-
-    Args:
-        normals: Unit normals into the object, of shape (n_c, 3).
-        friction: Coefficient of friction μ.
-        size: Number of variables x; the first 3 n_c are the contact forces.
-
-    Returns:
-        One array of shape (4, size) for each contact.
-    """
-    rows: list[Array] = []
-    for i, normal in enumerate(normals):
-        block = np.zeros((4, size))
-        block[0, 3 * i : 3 * i + 3] = friction * normal
-        # −skew(n)² projects onto the tangent plane.
-        block[1:, 3 * i : 3 * i + 3] = -skew(normal) @ skew(normal)
-        rows.append(block)
-    return rows
 
 
 def solve_cone_program(

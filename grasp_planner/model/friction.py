@@ -1,8 +1,13 @@
-"""Which contact forces are allowed: the friction cone, and the size of a grasp's normal forces."""
+"""Which contact forces are allowed: the friction cone, and the size of a grasp's normal forces.
+
+For contacts that are no hard fingers, intensities and covectors of
+:class:`~grasp_planner.model.contact_model.ContactModel` stand for forces and normals, d numbers for three.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from ..spatial import Array
 
@@ -20,7 +25,7 @@ def normal_forces(forces: Array, normals: Array) -> Array:
     return np.einsum("ij,ij->i", forces, normals)
 
 
-def friction_margins(forces: Array, normals: Array, friction: float) -> Array:
+def friction_margins(forces: Array, normals: Array, friction: npt.ArrayLike) -> Array:
     """Return μ f_n − |f_t| of each contact; not negative inside the cone. [Mavrogiannis2014] eq. (30).
 
     A hard finger transmits no torque; the condition implies f_n ≥ 0.
@@ -28,14 +33,14 @@ def friction_margins(forces: Array, normals: Array, friction: float) -> Array:
     Args:
         forces: Contact forces [N], of shape (n_c, 3).
         normals: Unit normals into the object, of shape (n_c, 3).
-        friction: Coefficient of friction μ.
+        friction: Coefficient of friction μ, one number or one for each contact.
 
     Returns:
         Margins [N], of shape (n_c,).
     """
     normal = normal_forces(forces, normals)
     tangential = forces - normal[:, None] * normals
-    return friction * normal - np.linalg.norm(tangential, axis=1)
+    return np.asarray(friction) * normal - np.linalg.norm(tangential, axis=1)
 
 
 def force_norm(forces: Array, normals: Array) -> float:
