@@ -67,19 +67,20 @@ class RunRows:
         row: Number of the current row.
     """
 
-    def __init__(self, folder: Path, *, where: str = "", row: int | None = None) -> None:
+    def __init__(self, folder: Path, *, where: str = "", row: int | None = None, hand: str | None = None) -> None:
         """Read the rows that are finished by now.
 
         Args:
             folder: Folder of the run.
             where: Condition in SQL over the columns, as for :func:`find_rows`.
             row: Number of the row to begin with; if left out, the first feasible one, or else the first.
+            hand: Hand to take instead of the one that each case names: name or description file.
 
         Raises:
             ResultsError: If there is no run, or it has no rows yet.
             InvalidValueError: If the condition is malformed or met by no row, or there is no such row.
         """
-        self.folder, self.where = folder, where
+        self.folder, self.where, self._hand = folder, where, hand
         info = read_run_info(folder)
         self.spec_hash, self.cases = info.spec_hash, info.cases
         self._filter = RunFilter({})
@@ -174,9 +175,9 @@ class RunRows:
         values = self.values(self.row)
         title = f"row {self.row} of {self.folder.name}: {values['status']}"
         if values["force_norm"] is not None:
-            return load_grasps(self.folder, [self.row])[0], title
+            return load_grasps(self.folder, [self.row], self._hand)[0], title
         case = GraspCase(
-            hand=values["hand"],
+            hand=self._hand or values["hand"],
             object=values["object"],
             task=tuple(values["task"].split(" + ")),
             n_synergies=values["n_synergies"],

@@ -33,13 +33,14 @@ _COLUMNS = [
 ]
 
 
-def write_report(folder: str | Path, output: Path | None = None, *, pictures: int = 6) -> Path:
+def write_report(folder: str | Path, output: Path | None = None, *, pictures: int = 6, hand: str | None = None) -> Path:
     """Write the report of a run.
 
     Args:
         folder: Folder of the run; it may still be running.
         output: The HTML file; ``report.html`` in the folder if left out.
         pictures: How many of the best grasps to draw.
+        hand: Hand to take instead of the one that each case names: name or description file.
 
     Returns:
         The HTML file.
@@ -52,7 +53,7 @@ def write_report(folder: str | Path, output: Path | None = None, *, pictures: in
     rows = load_table(folder, _COLUMNS).to_pylist()
     if not rows:
         raise ResultsError(folder, "no rows yet")
-    body = _body(folder, info, rows, pictures)
+    body = _body(folder, info, rows, pictures, hand)
     text = PAGE.format(title=html.escape(f"Batch {folder.name}"), body=body, run=info.spec_hash[:LINK_DIGITS])
     path = output or folder / "report.html"
     write_text(path, text, ResultsError)
@@ -89,7 +90,7 @@ def best_rows(rows: Sequence[Row], count: int) -> list[Row]:
     return list(best.values())[:count]
 
 
-def _body(folder: Path, info: RunInfo, rows: Sequence[Row], pictures: int) -> str:
+def _body(folder: Path, info: RunInfo, rows: Sequence[Row], pictures: int, hand: str | None) -> str:
     """Return the body of the page."""
     parts = [_summary(folder, info, rows), _viewer_note(folder, info), "<h2>Success</h2>"]
     for column, title in (
@@ -106,7 +107,7 @@ def _body(folder: Path, info: RunInfo, rows: Sequence[Row], pictures: int) -> st
             parts.append(f"<p>By {title}: {found} different values, not listed.</p>")
     parts += ["<h2>Distributions</h2>", _plots(rows)]
     parts += ["<h2>Failures by reason</h2>", failure_table(rows)]
-    parts += ["<h2>Best grasps</h2>", _pictures(folder, info, best_rows(rows, pictures))]
+    parts += ["<h2>Best grasps</h2>", _pictures(folder, info, best_rows(rows, pictures), hand)]
     parts += ["<h2>Rows</h2>", _row_table(folder, info, rows)]
     return "\n".join(parts)
 
@@ -143,13 +144,13 @@ def _plots(rows: Sequence[Row]) -> str:
     return '<div class="plots">' + "".join(f"<figure>{plot}</figure>" for plot in plots) + "</div>"
 
 
-def _pictures(folder: Path, info: RunInfo, rows: Sequence[Row]) -> str:
+def _pictures(folder: Path, info: RunInfo, rows: Sequence[Row], hand: str | None) -> str:
     """Return drawings of some rows."""
     parts = []
     for values in rows:
         row = int(values["row"])
         try:
-            grasp = load_grasps(folder, [row])[0]
+            grasp = load_grasps(folder, [row], hand)[0]
         except GraspPlannerError as error:
             parts.append(f"<p>Row {row} can't be drawn: {html.escape(str(error))}</p>")
             continue

@@ -131,7 +131,7 @@ def load_rows(folder: str | Path, rows: Sequence[int]) -> list[GraspRecord]:
     return [record for _, record in load_hands_and_records(Path(folder), rows)]
 
 
-def load_grasps(folder: str | Path, rows: Sequence[int]) -> list[Grasp]:
+def load_grasps(folder: str | Path, rows: Sequence[int], hand: str | None = None) -> list[Grasp]:
     """Return the grasps of some rows with hand, object and task, in their order.
 
     Hands are loaded as the case named them, so hands given by a path work too (from the same working folder).
@@ -139,6 +139,7 @@ def load_grasps(folder: str | Path, rows: Sequence[int]) -> list[Grasp]:
     Args:
         folder: Folder of the run.
         rows: Numbers of the rows.
+        hand: Hand to take instead of the one that each case names: name or description file.
 
     Returns:
         Their grasps.
@@ -149,15 +150,15 @@ def load_grasps(folder: str | Path, rows: Sequence[int]) -> list[Grasp]:
     """
     hands: dict[str, Hand] = {}
     grasps = []
-    for name, record in load_hands_and_records(Path(folder), rows):
+    for name, record in load_hands_and_records(Path(folder), rows, hand):
         if name not in hands:
             hands[name] = load_hand(name)
         grasps.append(grasp_from_record(record, hands[name]))
     return grasps
 
 
-def load_hands_and_records(folder: Path, rows: Sequence[int]) -> list[tuple[str, GraspRecord]]:
-    """Return hand, as the case named it, and record of some rows, in their order.
+def load_hands_and_records(folder: Path, rows: Sequence[int], hand: str | None = None) -> list[tuple[str, GraspRecord]]:
+    """Return hand, as the case named it or as given, and record of some rows, in their order.
 
     Raises:
         ResultsError: If there is no run.
@@ -181,5 +182,5 @@ def load_hands_and_records(folder: Path, rows: Sequence[int]) -> list[tuple[str,
             raise ResultsError(folder, f"row {row} was written by another version (key {where!r})") from None
         if record is None:
             raise InvalidValueError("row", row, f"a row with a grasp; {found[row]['status']}: {found[row]['message']}")
-        records.append((found[row]["hand"], record))
+        records.append((hand or found[row]["hand"], record))
     return records

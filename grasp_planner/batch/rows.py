@@ -153,6 +153,8 @@ def add_grasp(values: Row, grasp: Grasp) -> None:
     """
     record = grasp_record(grasp)
     values["time_s"] = record.time_s
+    if record.hand_source is not None:  # not in every row: a run has its hands by name
+        record = record.model_copy(update={"hand_source": record.hand_source.model_copy(update={"texts": {}})})
     # The time is kept in its column only, so that equal grasps have equal records.
     values["record"] = record.model_copy(update={"time_s": 0.0}).model_dump_json()
     plain = json.loads(values["record"])

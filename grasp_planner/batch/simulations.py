@@ -85,6 +85,7 @@ def simulate_run(
     squeeze: float = 1.0,
     ladder: bool = True,
     where: str = "feasible",
+    hand: str | None = None,
     workers: int | None = None,
     on_progress: Callable[[BatchProgress], None] | None = None,
 ) -> BatchSummary:
@@ -97,6 +98,7 @@ def simulate_run(
         squeeze: Factor on δσ.
         ladder: Whether to look for the loads at failure.
         where: Which rows, a condition in SQL.
+        hand: Hand to take instead of the one that each case names: name or description file.
         workers: Worker processes; as many as there are cores if left out.
         on_progress: Called several times a second.
 
@@ -115,13 +117,13 @@ def simulate_run(
     cases = [
         SimulationCase(
             grasp_row=row,
-            hand=hand,
+            hand=name,
             record=record.model_dump_json(),
             protocol=fields,
             squeeze=squeeze,
             ladder=ladder,
         )
-        for row, (hand, record) in zip(rows, load_hands_and_records(run, rows), strict=True)
+        for row, (name, record) in zip(rows, load_hands_and_records(run, rows, hand), strict=True)
     ]
     digest = hashlib.sha256()
     for case in cases:

@@ -16,7 +16,8 @@ from ..analysis.sensitivity import PostOptimality, Sensitivity, post_optimality
 from ..analysis.tolerance import pose_tolerances
 from ..grasp.grasp import Grasp
 from ..records.analysis_record import analysis_record
-from ..records.grasp_record import grasp_from_record, grasp_json, read_grasp_record
+from ..records.grasp_record import grasp_json
+from .grasp_file import HAND, opened_grasp
 from .margins import margin_rows, new_table
 from .output import write_text
 
@@ -32,16 +33,17 @@ OUT = click.Path(path_type=Path, allow_dash=True)
 
 @click.command()
 @FILE
+@HAND
 @click.option("--json", "json_file", type=OUT, help="Write the analysis as JSON; - for standard output.")
 @click.option("--sensitivity/--no-sensitivity", default=True, show_default=True, help="Whether to find the optimum.")
-def analyse(file: Path, json_file: Path | None, sensitivity: bool) -> None:
+def analyse(file: Path, hand: str | None, json_file: Path | None, sensitivity: bool) -> None:
     """Print margins, stability, tolerance and sensitivities of a planned grasp.
 
     FILE is a grasp of `plan --json`. The sensitivities are those of the optimum near the grasp: dF*/dp for friction,
     mass, size, compliances and the object's pose, and how far each parameter may change until the active set does or F
     is 5 % off what they predict.
     """
-    grasp = grasp_from_record(read_grasp_record(file))
+    grasp = opened_grasp(file, hand)
     console = Console(stderr=str(json_file) == "-")
     console.print(f"[bold]{grasp.verdict}[/]", highlight=False)
     _print_rows(console, [("F", f"{grasp.force_norm:.4f} N"), *margin_rows(grasp)])
@@ -57,6 +59,7 @@ def analyse(file: Path, json_file: Path | None, sensitivity: bool) -> None:
 
 @click.command()
 @FILE
+@HAND
 @click.option(
     "--goal",
     type=click.Choice(GOALS),
@@ -68,12 +71,12 @@ def analyse(file: Path, json_file: Path | None, sensitivity: bool) -> None:
 @click.option("--trials", type=int, default=8, show_default=True, help="Most plans.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the random starts.")
 @click.option("--out", type=OUT, default=None, help="Write the better grasp as JSON; - for standard output.")
-def improve(file: Path, goal: Goal, budget: float, trials: int, seed: int, out: Path | None) -> None:
+def improve(file: Path, hand: str | None, goal: Goal, budget: float, trials: int, seed: int, out: Path | None) -> None:
     """Plan anew from a grasp, within a budget of grasping force, so that it withstands more.
 
     FILE is a grasp of `plan --json`. Exit code 0: a better grasp; 3: none was found.
     """
-    grasp = grasp_from_record(read_grasp_record(file))
+    grasp = opened_grasp(file, hand)
     console = Console(stderr=str(out) == "-")
     with console.status("planning anew …"):
         found = improve_grasp(grasp, goal=goal, budget=budget, trials=trials, seed=seed)

@@ -13,6 +13,7 @@ from typing import IO, TYPE_CHECKING, Any
 import click
 
 from ..exceptions import GraspPlannerError, InvalidValueError
+from .grasp_file import HAND
 
 if TYPE_CHECKING:
     from ..batch import BatchProgress, CaseTable
@@ -96,12 +97,13 @@ def batch_command(
 @click.argument("run", type=FOLDER)
 @click.option("--output", type=click.Path(path_type=Path, dir_okay=False), help="HTML file; report.html in the run.")
 @click.option("--pictures", type=click.IntRange(min=0), default=6, show_default=True, help="How many grasps to draw.")
-def report_command(run: Path, output: Path | None, pictures: int) -> None:
+@HAND
+def report_command(run: Path, output: Path | None, pictures: int, hand: str | None) -> None:
     """Write one HTML file about the run in the folder RUN; it needs no network."""
     with _plain_errors():
         from ..batch.report import write_report
 
-        click.echo(write_report(run, output, pictures=pictures))
+        click.echo(write_report(run, output, pictures=pictures, hand=hand))
 
 
 @click.command("export-rows")

@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.table import Table
 
 from ..exceptions import InvalidValueError
-from ..records.grasp_record import grasp_from_record, read_grasp_record
 from ..simulate import PROTOCOLS, Protocol, Simulation, build_scene, find_protocol, simulate_grasp, simulation_json
 from ..simulate.engine import load_mujoco
+from .grasp_file import HAND, opened_grasp
 from .output import check_writable, write_text
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
 
 @click.command("simulate")
 @click.argument("result", type=FILE, required=False)
+@HAND
 @click.option(
     "--protocol",
     "name",
@@ -58,6 +59,7 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
 @click.option("--workers", type=click.IntRange(min=1), help="With --run: worker processes.")
 def simulate(
     result: Path | None,
+    hand: str | None,
     name: str,
     squeeze: float,
     geometry: str,
@@ -85,10 +87,10 @@ def simulate(
     if run_folder is not None:
         if html_file is not None or mjcf_file is not None:
             raise click.UsageError("--html and --mjcf are for one RESULT.")
-        sys.exit(_simulate_run(run_folder, protocol, squeeze, ladder, out, where, workers))
+        sys.exit(_simulate_run(run_folder, protocol, squeeze, ladder, out, where, hand, workers))
     assert result is not None
     check_writable(out, html_file, mjcf_file)
-    grasp = grasp_from_record(read_grasp_record(result))
+    grasp = opened_grasp(result, hand)
     console = Console()
     if not grasp.feasible:
         console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
@@ -187,7 +189,14 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
 
 
 def _simulate_run(
-    run: Path, protocol: Protocol, squeeze: float, ladder: bool, out: Path | None, where: str, workers: int | None
+    run: Path,
+    protocol: Protocol,
+    squeeze: float,
+    ladder: bool,
+    out: Path | None,
+    where: str,
+    hand: str | None,
+    workers: int | None,
 ) -> int:
     """Simulate the rows of a batch run and return the exit code."""
     from ..batch.simulations import simulate_run
@@ -199,7 +208,7 @@ def _simulate_run(
         click.echo(f"\r{state.done}/{state.total} simulated, {state.feasible} passed", nl=False, err=True)
 
     summary = simulate_run(
-        run, out, protocol, squeeze=squeeze, ladder=ladder, where=where, workers=workers, on_progress=show
+        run, out, protocol, squeeze=squeeze, ladder=ladder, where=where, hand=hand, workers=workers, on_progress=show
     )
     click.echo("", err=True)
     click.echo(f"{summary.feasible} of {summary.done} passed ({summary.total} rows): {summary.folder / 'results'}")

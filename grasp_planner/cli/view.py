@@ -9,8 +9,7 @@ from pathlib import Path
 import click
 
 from ..exceptions import InvalidValueError
-from ..grasp.grasp import Grasp
-from ..records.grasp_record import grasp_from_record, read_grasp_record
+from .grasp_file import HAND, opened_grasp
 
 DEFAULT_PORT = 8080
 
@@ -18,13 +17,9 @@ RESULT = click.Path(exists=False, dir_okay=False, path_type=Path)
 RESULT_OR_RUN = click.Path(exists=False, path_type=Path)
 
 
-def _read(path: Path) -> Grasp:
-    """Return the grasp of a file."""
-    return grasp_from_record(read_grasp_record(path))
-
-
 @click.command("view")
 @click.argument("result", type=RESULT_OR_RUN, required=False)
+@HAND
 @click.option("--row", type=click.IntRange(min=0), default=None, help="Row of a batch run, if RESULT is its folder.")
 @click.option(
     "--filter", "where", metavar="CONDITION", default="", help="Rows of the run to go through: SQL over its columns."
@@ -34,7 +29,14 @@ def _read(path: Path) -> Grasp:
 @click.option("--allow-remote", is_flag=True, help="Allow an address that other machines can reach.")
 @click.option("--no-open", is_flag=True, help="Do not open the browser.")
 def view(
-    result: Path | None, row: int | None, where: str, port: int, host: str, allow_remote: bool, no_open: bool
+    result: Path | None,
+    hand: str | None,
+    row: int | None,
+    where: str,
+    port: int,
+    host: str,
+    allow_remote: bool,
+    no_open: bool,
 ) -> None:
     """Open the interactive viewer in the browser.
 
@@ -49,13 +51,15 @@ def view(
         for name, value in (("--row", row), ("--filter", where or None)):
             if value is not None:
                 raise InvalidValueError(name, value, "only with the folder of a batch run as RESULT")
+    if hand is not None and result is None:
+        raise InvalidValueError("--hand", hand, "only with a RESULT")
     grasp, rows = None, None
     if result is not None and result.is_dir():
         from ..batch import RunRows
 
-        rows = RunRows(result, where=where, row=row)
+        rows = RunRows(result, where=where, row=row, hand=hand)
     elif result is not None:
-        grasp = _read(result)
+        grasp = opened_grasp(result, hand)
     viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote, rows=rows)
     if host not in LOOPBACK:
         click.echo(
@@ -74,11 +78,12 @@ def view(
 
 @click.command("export")
 @click.argument("result", type=RESULT)
+@HAND
 @click.option("--html", "html_path", type=RESULT, required=True, help="HTML file to write.")
 @click.option("--title", default=None, help="Heading of the page.")
-def export(result: Path, html_path: Path, title: str | None) -> None:
+def export(result: Path, hand: str | None, html_path: Path, title: str | None) -> None:
     """Write the grasp of the file RESULT as one web page that opens offline."""
     from ..viewer import export_html
 
-    export_html(_read(result), html_path, title)
+    export_html(opened_grasp(result, hand), html_path, title)
     click.echo(f"wrote {html_path}")

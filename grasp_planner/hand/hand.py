@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from ..synergies.space import SynergySpace, load_synergies
 from ..values import LONGEST_PART, Value, clipped
 from .contact_frame import ContactFrame, find_contact_frame
 from .description import HandDescription
+from .source import HandSource
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,6 +40,7 @@ class Hand(Value):
         palm_normal: Unit normal out of the palm, in P, of shape (3,).
         closing_axis: Unit axis the fingers close around, in P, of shape (3,).
         grasp_centre: Where the middle of a grasped object sits, in P [m], of shape (3,).
+        source: The files it was loaded from; None for a hand that was made otherwise.
     """
 
     description: HandDescription
@@ -53,17 +55,19 @@ class Hand(Value):
     palm_normal: Array
     closing_axis: Array
     grasp_centre: Array
+    source: HandSource | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "palm_in_root", Pose.of(self.palm_in_root))
         super().__post_init__()
 
     def _content(self) -> dict[str, Any]:
-        """Return the fields, of description and models what they are written as."""
+        """Return the fields, of description and models what they are written as, of files what was in them."""
         written = {
             "description": self.description.model_dump_json(),
             "model": self.model.saveToString(),
             "collision_model": pickle.dumps(self.collision_model),
+            "folder": self.folder if self.source is None else self.source.content_hash,
         }
         return super()._content() | written
 

@@ -14,6 +14,7 @@ from .contact_frame import frame_index
 from .coupling import joint_coupling, joint_limits
 from .description import find_hand, read_hand_description
 from .hand import Hand
+from .source import hand_source
 from .urdf_file import find_robot_file, read_urdf
 
 
@@ -33,7 +34,8 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
     """
     path = find_hand(name_or_path)
     description = read_hand_description(path)
-    urdf = read_urdf(find_robot_file(description.urdf, path.parent))
+    robot_file = find_robot_file(description.urdf, path.parent)
+    urdf = read_urdf(robot_file)
     model = urdf.model
     coupling, offset = joint_coupling(model, description.joints, urdf.mimics)
     palm_in_root = _palm_placement(model, description.palm.link)
@@ -51,6 +53,7 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
         palm_normal=unit_vector("palm.normal", description.palm.normal),
         closing_axis=unit_vector("palm.closing_axis", description.palm.closing_axis),
         grasp_centre=finite_array("palm.grasp_centre", description.palm.grasp_centre, (3,)),
+        source=hand_source(path, description, robot_file, urdf.collision_model),
     )
 
 

@@ -11,7 +11,6 @@ from pydantic import ValidationError
 from ..exceptions import FileFormatError
 from ..grasp.grasp import Grasp, SearchReport
 from ..hand.hand import Hand
-from ..hand.loading import load_hand
 from ..model.task_direction import parse_task
 from ..objects import parse_object
 from ..problem.clearance_options import ClearanceOptions
@@ -21,6 +20,7 @@ from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..problem.term import Cost, Requirement, Weighted
 from ..spatial import readonly
+from .hand_record import hand_from_record, hand_source_record
 from .layout import (
     ClearanceOptionsRecord,
     ContactRecord,
@@ -66,6 +66,7 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
     ]
     return GraspRecord(
         hand=problem.hand.name,
+        hand_source=hand_source_record(problem.hand),
         object=problem.grasp_object.text,
         task=tasks,
         n_synergies=problem.n_synergies,
@@ -207,7 +208,7 @@ def grasp_from_record(
 
     Args:
         record: The record.
-        hand: The hand it is for; loaded by its name if left out.
+        hand: The hand to take; the one of the record's files if left out, see :func:`hand_from_record`.
         costs: The user's own costs that it names; their weights are the record's.
         constraints: The user's own constraints that it names.
 
@@ -218,7 +219,7 @@ def grasp_from_record(
         GraspPlannerError: If the hand, object, task or a parameter does not exist or is out of range, or an own term
             is missing.
     """
-    hand = hand or load_hand(record.hand)
+    hand = hand_from_record(record.hand, record.hand_source, hand)
     given = record.parameters
     weighted, required = own_terms_of(record, costs, constraints)
     problem = GraspProblem(

@@ -10,6 +10,7 @@ from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
 from ..problem.parameters import GraspParameters
 from ..problem.search_options import PlannerOptions
+from .hand_record import HandSourceRecord
 from .old_violations import current_violations
 from .settings import settings_layout
 
@@ -166,6 +167,7 @@ class GraspRecord(Record):
 
     schema_version: Literal[1] = 1
     hand: str
+    hand_source: HandSourceRecord | None = Field(default=None, description="null in files written before")
     object: str
     task: list[TaskRecord] = Field(min_length=1)
     n_synergies: int = Field(ge=1)
