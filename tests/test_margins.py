@@ -72,6 +72,28 @@ def test_active_margins_exceed_passive_ones_and_are_reached_by_some_synergy_disp
     assert margins.active_tasks[0].size >= margins.passive_tasks[0].size - 1e-6
 
 
+def test_re_squeezed_forces_are_those_the_springs_reach(held):
+    """Whatever law planned the forces: the range of P with the stiffness in series, not that of (17)."""
+    problem, parameters = held.problem, held.problem.parameters
+    springs = gp.model.compliant_grasp(
+        held.grasp_matrix,
+        held.hand_jacobian,
+        problem.synergies.basis,
+        contact_stiffness=parameters.contact_stiffness,
+        joint_stiffness=1.0 / problem.joint_compliance,
+    )
+    expected = gp.model.projector(gp.model.commanded_forces(springs))
+    np.testing.assert_allclose(gp.model.projector(held._holding.internal), expected, atol=1e-7)
+    paper = gp.model.internal_forces(
+        held.grasp_matrix,
+        held.hand_jacobian,
+        problem.synergies.basis,
+        held.stiffness,
+        parameters.contact_stiffness,
+    )
+    assert np.abs(gp.model.projector(paper) - expected).max() > 0.05
+
+
 def test_two_fingers_known_by_hand(right):
     """Two fingers press a ball with 5 N along x, stiffness the same everywhere; each takes half of any force.
 

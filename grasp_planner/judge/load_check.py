@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model.compliance import series_stiffness, weighted_right_inverse
+from ..model.compliance import command_map, series_stiffness, weighted_right_inverse
 from ..model.friction import friction_margins, normal_forces
 from ..problem.problem import GraspProblem
 from ..spatial import Array
@@ -25,6 +25,21 @@ def response_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Arr
     """
     stiffness = series_stiffness(jacobian, problem.joint_compliance, problem.parameters.contact_stiffness)
     return weighted_right_inverse(grasp, stiffness)
+
+
+def command_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
+    """Return P of the stiffness of hand and contacts in series.
+
+    Args:
+        problem: The problem.
+        grasp: G, of shape (6, 3 n_c).
+        jacobian: J [m/rad], of shape (3 n_c, n_q).
+
+    Returns:
+        P [N/rad], of shape (3 n_c, n_s): moving the references by S Δσ changes the contact forces by P Δσ.
+    """
+    stiffness = series_stiffness(jacobian, problem.joint_compliance, problem.parameters.contact_stiffness)
+    return command_map(grasp, jacobian, problem.synergies.basis, stiffness)
 
 
 def displacement_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:

@@ -1,8 +1,9 @@
 """How much a grasp withstands, in newtons: the largest disturbances before a contact slips or a limit is met.
 
 Passively, the references held: f − s R d leaves the cones and limits at an s that has a closed form. With
-re-optimised internal forces, those the synergies can command: a second-order cone program in (δσ, s). The true
-coefficient of friction and the hand's own limits count, whatever the problem asks for.
+re-optimised internal forces, those the synergies can command through the springs (the range of P, whatever law planned
+the forces): a second-order cone program in (Δσ, s). The true coefficient of friction and the hand's own limits count,
+whatever the problem asks for.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ import numpy as np
 from ..model.contacts import Contacts
 from ..model.force_closure import HARD, solve_cone_program
 from ..model.friction import friction_margins
+from ..model.subspaces import range_basis
 from ..model.task_direction import TaskDirection
 from ..problem.load_cases import sphere_directions
 from ..problem.problem import GraspProblem
 from ..spatial import Array, readonly
-from .load_check import response_matrix
+from .load_check import command_matrix, response_matrix
 
 PASSIVE_DIRECTIONS = 2000
 """Directions of a spiral over the sphere among which the worst one is sought, before it is refined."""
@@ -122,6 +124,13 @@ def disturbance_response(problem: GraspProblem, grasp: Array, jacobian: Array) -
     return np.full((len(jacobian), 6), np.nan)
 
 
+def commanded_basis(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
+    """Return an orthonormal basis of the range of P, of shape (3 n_c, ≤ n_s); empty without contact stiffness."""
+    if problem.parameters.contact_stiffness > 0.0:
+        return range_basis(command_matrix(problem, grasp, jacobian))
+    return np.zeros((len(jacobian), 0))
+
+
 def holding(
     problem: GraspProblem, contacts: Contacts, forces: Array, jacobian: Array, response: Array, internal: Array
 ) -> Holding:
@@ -133,7 +142,7 @@ def holding(
         forces: Nominal f [N], of shape (n_c, 3).
         jacobian: J [m/rad], of shape (3 n_c, n_q).
         response: R, of shape (3 n_c, 6).
-        internal: Map from δσ to internal forces [N/rad], of shape (3 n_c, n_s).
+        internal: Orthonormal basis of the internal forces that the synergies command, of shape (3 n_c, k).
 
     Returns:
         What they need.
@@ -144,7 +153,7 @@ def holding(
         joint_names=problem.hand.joint_names,
         forces=forces,
         response=response,
-        internal=_basis(internal),
+        internal=internal,
         jacobian=jacobian,
         friction=problem.parameters.friction,
         max_normal=problem.loads.max_normal_force or problem.hand.max_normal_force,
@@ -160,14 +169,6 @@ def _reaction(task: TaskDirection) -> Array | None:
 def _force(direction: Array) -> Array:
     """Return the wrench of a force at the object's centre, of shape (6,)."""
     return np.concatenate([direction, np.zeros(3)])
-
-
-def _basis(internal: Array) -> Array:
-    """Return an orthonormal basis of the internal forces that the synergies command, of shape (m, ≤ n_s)."""
-    if not internal.size:
-        return internal
-    left, values, _ = np.linalg.svd(internal, full_matrices=False)
-    return left[:, values > 1e-9 * max(float(values[0]), 1e-300)]
 
 
 def worst_passive_margin(held: Holding) -> Margin:

@@ -23,6 +23,7 @@ from .margins import (
     GraspMargins,
     Holding,
     Margin,
+    commanded_basis,
     disturbance_response,
     grasp_margins,
     holding,
@@ -187,8 +188,7 @@ class PosedGrasp(Value):
     def _holding(self) -> Holding:
         """What the margins need to know."""
         problem, grasp, jacobian = self.problem, self.grasp_matrix, self.hand_jacobian
-        k_c = problem.parameters.contact_stiffness
-        internal = internal_forces(grasp, jacobian, problem.synergies.basis, self.stiffness, k_c)
+        internal = commanded_basis(problem, grasp, jacobian)
         response = disturbance_response(problem, grasp, jacobian)
         return holding(problem, self.contacts, self.forces, jacobian, response, internal)
 

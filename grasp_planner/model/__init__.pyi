@@ -1,6 +1,7 @@
 """The formulas, each with the file it is in."""
 
 from .compliance import actual_posture as actual_posture
+from .compliance import command_map as command_map
 from .compliance import contact_forces as contact_forces
 from .compliance import hand_stiffness as hand_stiffness
 from .compliance import internal_forces as internal_forces

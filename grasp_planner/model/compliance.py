@@ -91,6 +91,25 @@ def internal_forces(
     return projector @ (stiffness + k_c) @ jacobian @ basis
 
 
+def command_map(grasp: Array, jacobian: Array, basis: Array, stiffness: Array) -> Array:
+    """Return P = (I − G_K^R G) K J S, what a change of the references S Δσ makes of the contact forces.
+
+    K is the stiffness of contacts and joints in series: springs, balance and contact alone say what motors can change
+    about a held grasp, whatever law planned its forces; [Prattichizzo2013]. Its columns lie in ker G.
+
+    Args:
+        grasp: G, of shape (6, 3 n_c).
+        jacobian: J, of shape (3 n_c, n_q).
+        basis: S, of shape (n_q, n_s).
+        stiffness: K [N/m], of shape (3 n_c, 3 n_c).
+
+    Returns:
+        P [N/rad], of shape (3 n_c, n_s).
+    """
+    moved = stiffness @ jacobian @ basis
+    return np.asarray(moved - weighted_right_inverse(grasp, stiffness) @ (grasp @ moved))
+
+
 def contact_forces(
     grasp: Array,
     jacobian: Array,

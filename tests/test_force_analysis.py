@@ -1,0 +1,268 @@
+"""Costs, best forces, wrench spaces, robustness and measures: against foreign numbers, a second way, differences."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from grasp_planner import InvalidValueError, NameNotFoundError, analysis, model
+from grasp_planner.spatial import Array
+
+from .finite_differences import central_differences, relative_error
+
+FOREIGN = json.loads((Path(__file__).parent / "data" / "three_fingers.json").read_text())
+GRASP, JACOBIAN, NORMALS = (np.array(FOREIGN[name]) for name in ("G", "J", "normals"))
+FRICTION = FOREIGN["friction"]
+LIMITS = analysis.ContactLimits(FRICTION["mu"], FRICTION["fmin"], FRICTION["fmax"], FRICTION["k"])
+LENGTH = 0.03
+
+
+@pytest.fixture(scope="module")
+def springs() -> model.CompliantGrasp:
+    return model.compliant_grasp(
+        GRASP,
+        JACOBIAN,
+        np.eye(12),
+        contact_stiffness=FOREIGN["Kc"],
+        joint_stiffness=FOREIGN["Kq"],
+        synergy_stiffness=FOREIGN["Kz"],
+    )
+
+
+def space(bound: str = "L1", grasp: Array = GRASP) -> analysis.WrenchSpace:
+    return analysis.WrenchSpace.of(grasp, NORMALS, 0.8, bound=bound, length=LENGTH)
+
+
+def test_the_cost_is_that_of_syngrasp() -> None:
+    for row in FOREIGN["friction_cost_rows"]:
+        limits = analysis.ContactLimits(row["mu"], row["fmin"], row["fmax"], row["k"])
+        normals, forces = np.array(row["normals"]).T, np.array(row["lambda"]).reshape(-1, 3)
+        assert analysis.contact_cost(forces, normals, limits).value == pytest.approx(row["SGVcost"], rel=1e-9)
+        assert limits.keeps(forces, normals) == bool(row["SGcheckFriction"])
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_the_least_cost_is_that_of_syngrasp(springs: model.CompliantGrasp, number: int) -> None:
+    case = FRICTION["cases"][number]
+    for sample in case["samples"]:
+        assert analysis.contact_cost(sample["force"], NORMALS, LIMITS).value == pytest.approx(sample["cost"], rel=1e-9)
+    commanded = case["basis"].startswith("E")
+    basis = model.commanded_forces(springs) if commanded else model.null_basis(GRASP)
+    particular = -np.linalg.pinv(GRASP) @ np.array(case["wrench"])
+    found = analysis.least_friction_cost(particular, basis, NORMALS, LIMITS)
+    assert found.value == pytest.approx(case["minimum"], rel=1e-9)
+    assert found.forces.ravel() == pytest.approx(case["minimum_force"], rel=1e-6)
+
+
+@pytest.mark.parametrize("scale", [0.2, 10.0, 60.0])
+@pytest.mark.parametrize("counted", [None, np.array([[1.0, 1.0, 1.0], [1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])])
+def test_derivatives_of_the_cost(scale: float, counted: Array | None) -> None:
+    limits = replace(LIMITS, threshold=0.5)
+    forces = (scale * NORMALS + np.random.default_rng(2).normal(size=(3, 3))).ravel()
+
+    def value(f: Array) -> list[float]:
+        return [analysis.contact_cost(f, NORMALS, limits, counted).value]
+
+    def gradient(f: Array) -> Array:
+        return analysis.contact_cost(f, NORMALS, limits, counted).gradient
+
+    cost = analysis.contact_cost(forces, NORMALS, limits, counted)
+    assert relative_error(cost.gradient, central_differences(value, forces, 1e-4)) < 1e-6
+    numeric = central_differences(gradient, forces, 1e-4)
+    assert np.abs(cost.hessian - numeric).max() < 1e-6 * np.abs(numeric).max()
+
+
+@pytest.mark.parametrize("bound", ["L1", "Linf"])
+def test_epsilon_has_a_certificate_and_a_cone_program_agrees(bound: str) -> None:
+    found = analysis.epsilon(space(bound))
+    assert found.value <= found.bound <= found.value * (1.0 + 1e-5)
+    assert analysis.reach(space(bound), found.direction)[0] == pytest.approx(found.bound, rel=1e-5)
+    rng = np.random.default_rng(0)
+    for direction in rng.normal(size=(50, 6)):
+        unit = direction / np.linalg.norm(direction)
+        reached = analysis.reach(space(bound), unit)[0]
+        assert found.value < reached < space(bound).support(unit)[0] * (1.0 + 1e-6)
+
+
+def test_facets_grow_to_epsilon_and_the_volume_grows() -> None:
+    exact = analysis.epsilon(space()).value
+    faceted = [analysis.faceted_epsilon(space(), edges) for edges in (4, 8, 16, 32)]
+    assert sorted(faceted) == faceted
+    assert faceted[-1] <= exact < 1.002 * faceted[-1]
+    assert 0.0 < analysis.wrench_volume(space(), 4) < analysis.wrench_volume(space(), 8)
+
+
+@pytest.mark.parametrize("bound", ["L1", "Linf"])
+def test_gradient_of_epsilon(bound: str) -> None:
+    scale = np.repeat([1.0, 1.0 / LENGTH], 3)[:, None]
+    grasp = scale * GRASP
+    found = analysis.epsilon(analysis.WrenchSpace.of(grasp, NORMALS, 0.8, bound=bound), tolerance=1e-6)
+    change = np.random.default_rng(4).normal(size=GRASP.shape)
+
+    def value(step: float) -> float:
+        moved = analysis.WrenchSpace.of(grasp + step * change, NORMALS, 0.8, bound=bound)
+        return analysis.epsilon(moved, tolerance=1e-6).bound
+
+    assert (found.gradient * change).sum() == pytest.approx((value(1e-3) - value(-1e-3)) / 2e-3, rel=0.02)
+
+
+def test_without_force_closure_epsilon_is_zero() -> None:
+    slippery = analysis.WrenchSpace.of(GRASP, NORMALS, 0.0, length=LENGTH)
+    assert analysis.epsilon(slippery).value == 0.0
+    assert analysis.min_weight(analysis.edge_wrenches(slippery, 4))[0] < 1e-9
+
+
+def test_a_task_ellipsoid_that_is_a_ball_gives_epsilon() -> None:
+    assert analysis.task_epsilon(space(), 2.0 * np.eye(6)).bound == pytest.approx(
+        0.5 * analysis.epsilon(space()).bound, rel=1e-4
+    )
+
+
+def test_min_weight_and_its_gradient() -> None:
+    rng = np.random.default_rng(1)
+    wrenches = analysis.edge_wrenches(space(), 5) + 0.02 * rng.normal(size=(15, 6))  # no ties
+    value, gradient = analysis.min_weight(wrenches)
+    assert 0.0 < value * len(wrenches) <= 1.0
+    change = rng.normal(size=wrenches.shape)
+    numeric = (
+        analysis.min_weight(wrenches + 1e-4 * change)[0] - analysis.min_weight(wrenches - 1e-4 * change)[0]
+    ) / 2e-4
+    assert (gradient * change).sum() == pytest.approx(numeric, rel=1e-4)
+
+
+def test_measures_are_those_of_syngrasp() -> None:
+    known = FOREIGN["quality"]
+    found = {
+        "minSVG": analysis.smallest_singular_value(GRASP)[0],
+        "graspIsotropyIndex": analysis.isotropy(GRASP)[0],
+        "distSingularConfiguration": analysis.distance_to_singularity(GRASP, JACOBIAN),
+        "manipEllipsoidVolume": analysis.manipulability(GRASP, JACOBIAN),
+        "unifTransf": analysis.uniformity(GRASP, JACOBIAN),
+    }
+    for name, value in found.items():
+        assert value == pytest.approx(known[name], rel=1e-9), name
+    assert analysis.hand_object_jacobian(GRASP, JACOBIAN) == pytest.approx(np.array(FOREIGN["HO"]), abs=1e-12)
+
+
+POSTURE = np.array([0.1, 0.9, 2.0, -0.5])
+MEASURES = {
+    "smallest": (analysis.smallest_singular_value, GRASP),
+    "volume": (analysis.ellipsoid_volume, GRASP),
+    "isotropy": (analysis.isotropy, np.random.default_rng(3).normal(size=(6, 9))),
+    "centroid": (lambda points: analysis.centroid_distance(points, np.full(3, 0.1)), np.array(FOREIGN["points"])),
+    "centring": (
+        lambda q: analysis.joint_centring(q, -np.ones(4), np.arange(1.0, 5.0)),
+        np.array([0.1, 0.9, 2.0, -0.5]),
+    ),
+    "posture": (lambda q: analysis.posture_deviation(q, np.ones(4)), np.array([0.1, 0.9, 2.0, -0.5])),
+}
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_gradients_of_the_measures(name: str) -> None:
+    measure, at = MEASURES[name]
+    numeric = central_differences(lambda x: [measure(x.reshape(at.shape))[0]], at.ravel(), 1e-5)
+    assert np.abs(np.ravel(measure(at)[1]) - numeric.ravel()).max() < 1e-6 * np.abs(numeric).max()
+
+
+def test_polygons_known_by_hand() -> None:
+    square = np.array([[0.0, 0, 1], [0, 2, 1], [2, 2, 1], [2, 0, 1]])
+    assert analysis.grasp_polygon_area(square) == pytest.approx(4.0)
+    assert analysis.polygon_shape(square) == pytest.approx(0.0, abs=1e-7)
+    assert analysis.polygon_shape(square * [3.0, 1.0, 1.0] + [[0.5, 0, 0], [0] * 3, [0] * 3, [0] * 3]) > 0.05
+
+
+def test_robustness_is_the_best_of_all_states_found_another_way(springs: model.CompliantGrasp) -> None:
+    four = 0.03 * np.array([[1.0, 0, 0], [-1, 0, 0.3], [0, 1, 0.2], [0, -1, -0.4]])
+    normals = -four / np.linalg.norm(four, axis=1, keepdims=True)
+    stiff = model.compliant_grasp(
+        model.grasp_matrix(four), np.eye(12), np.eye(12), contact_stiffness=1e4, joint_stiffness=1e4
+    )
+    limits = analysis.ContactLimits(0.9, 1.0, 30.0, 0.01)
+    found = analysis.grasp_robustness(stiff, normals, limits)
+    best = 0.0
+    for states in itertools.product(range(3), repeat=4):
+        share = np.array([[1.0, 1, 1], [1, 1, 0], [0, 0, 0]])[list(states)]
+        blocks = [(np.eye(3), n[:, None], np.zeros((3, 0)))[state] for state, n in zip(states, normals, strict=True)]
+        kept = np.zeros((12, sum(block.shape[1] for block in blocks)))
+        column = 0
+        for i, block in enumerate(blocks):
+            kept[3 * i : 3 * i + 3, column : column + block.shape[1]] = block
+            column += block.shape[1]
+        grasp = stiff.grasp @ kept
+        if np.linalg.matrix_rank(grasp) < 6:
+            continue
+        basis = kept @ model.null_basis(grasp)  # every force is commanded here
+
+        def cost(y: Array, basis: Array = basis, share: Array = share) -> tuple[float, Array]:
+            known = analysis.contact_cost(basis @ y, normals, limits, share)
+            return known.value, basis.T @ known.gradient
+
+        least = minimize(cost, basis.T @ (5.0 * normals).ravel(), jac=True, method="BFGS").fun
+        best = max(best, sum(state < 2 for state in states) / least)
+    assert found.value == pytest.approx(best, rel=1e-5)
+    sticking = analysis.contact_robustness(stiff, normals, limits)
+    assert sticking.value <= found.value
+    assert sticking.states == ("stuck",) * 4
+    only = max(analysis.grasp_robustness(stiff, normals, limits, stuck=k).value for k in range(5))
+    assert only == pytest.approx(found.value)
+
+
+def problem(**given: object) -> analysis.ForceProblem:
+    wrench = np.array([0.5, 0.0, -2.0, 0.0, 0.01, 0.0])
+    return analysis.ForceProblem(GRASP, NORMALS, 0.8, wrench, **given)
+
+
+def test_best_forces_balance_and_are_best_at_their_aim() -> None:
+    found = {aim: analysis.best_forces(problem(min_normal=0.5), aim) for aim in ("norm", "largest", "normal_sum")}
+    for aim, best in found.items():
+        assert GRASP @ best.forces.ravel() == pytest.approx(-problem().wrench, abs=1e-6)
+        assert model.friction_margins(best.forces, NORMALS, 0.8).min() > -1e-6
+        sizes = np.linalg.norm(best.forces, axis=1)
+        values = {"norm": np.linalg.norm(sizes), "largest": sizes.max(), "normal_sum": (best.forces * NORMALS).sum()}
+        assert best.value == pytest.approx(values[aim])
+        for other, rival in found.items():
+            assert values[other] >= rival.value * (1.0 - 1e-5)
+
+
+def test_torque_limits_and_disturbances_are_kept() -> None:
+    free = analysis.best_forces(problem(min_normal=0.5))
+    eased = 0
+    for joint in range(12):
+        limits = np.full(12, np.inf)
+        limits[joint] = 0.95 * abs(JACOBIAN[:, joint] @ free.forces.ravel())
+        tight = problem(min_normal=0.5, jacobian=JACOBIAN, torque_limits=limits)
+        limited = analysis.best_forces(tight)
+        if limited is not None:
+            eased += 1
+            assert abs(JACOBIAN[:, joint] @ limited.forces.ravel()) <= limits[joint] + 1e-7
+            assert limited.value > free.value
+    assert eased >= 3
+    assert analysis.best_forces(replace(tight, torque_limits=np.full(12, 1e-3))) is None
+    response = model.weighted_right_inverse(GRASP, np.array(FOREIGN["K_series"]))
+    cases = np.vstack([np.eye(6)[:3], -np.eye(6)[:3]])
+    ready = analysis.best_forces(problem(response=response, disturbances=cases))
+    for case in cases:
+        answer = ready.forces - (response @ case).reshape(-1, 3)
+        assert model.friction_margins(answer, NORMALS, 0.8).min() > -1e-6
+    assert ready.value > analysis.best_forces(problem()).value
+
+
+def test_bad_arguments_are_refused() -> None:
+    with pytest.raises(NameNotFoundError, match="aim"):
+        analysis.best_forces(problem(), "least")
+    with pytest.raises(NameNotFoundError, match="bound"):
+        space("L2")
+    for field in ("disturbances", "torque_limits", "basis"):
+        with pytest.raises(InvalidValueError, match=field):
+            analysis.best_forces(problem(**{field: np.ones((9, 6))}))
+    with pytest.raises(InvalidValueError, match="max_force"):
+        analysis.ContactLimits(max_force=-1.0)
+    with pytest.raises(InvalidValueError, match="ellipsoid"):
+        analysis.task_epsilon(space(), np.zeros((6, 6)))
