@@ -80,6 +80,33 @@ class GraspObject(Value, ABC):
             Distance, gradient and Hessian at the points.
         """
 
+    def field(self, points: Array) -> SurfaceSample:
+        """Evaluate the signed distance with gradient and Hessian at points of any arrangement, in one call.
+
+        Args:
+            points: Points in O [m], of shape (..., 3).
+
+        Returns:
+            Distance, gradient and Hessian, of shapes (...,), (..., 3) and (..., 3, 3).
+        """
+        points = np.asarray(points, dtype=float)
+        found, shape = self.sample(points.reshape(-1, 3)), points.shape
+        return SurfaceSample(
+            found.distance.reshape(shape[:-1]), found.gradient.reshape(shape), found.hessian.reshape(*shape, 3)
+        )
+
+    def distances(self, points: Array) -> Array:
+        """Return the signed distance [m] at points (..., 3), of shape (...,)."""
+        return self.field(points).distance
+
+    def gradients(self, points: Array) -> Array:
+        """Return the gradient of the signed distance at points (..., 3), of shape (..., 3)."""
+        return self.field(points).gradient
+
+    def hessians(self, points: Array) -> Array:
+        """Return the Hessian of the signed distance [1/m] at points (..., 3), of shape (..., 3, 3)."""
+        return self.field(points).hessian
+
     def region(self, points: Array) -> tuple[Array, Array]:
         """Evaluate the limits of the surface that may be touched.
 

@@ -47,6 +47,15 @@ def test_error_against_the_exact_distance(solid):
     assert solid.grid_resolution <= 1e-3
 
 
+def test_field_takes_points_of_any_arrangement(solid):
+    """A block of points on and beyond the grid gives what its points give."""
+    points = np.random.default_rng(3).uniform(-0.5, 0.5, (4, 5, 3))
+    found, flat = solid.field(points), solid.sample(points.reshape(-1, 3))
+    np.testing.assert_array_equal(found.distance, flat.distance.reshape(4, 5))
+    np.testing.assert_array_equal(found.gradient, flat.gradient.reshape(4, 5, 3))
+    np.testing.assert_array_equal(found.hessian, flat.hessian.reshape(4, 5, 3, 3))
+
+
 def test_derivatives_agree_with_finite_differences(solid):
     """∇φ and ∇²φ belong to φ near the surface, far from it, and beyond the grid."""
     rng = np.random.default_rng(2)

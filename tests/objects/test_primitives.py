@@ -55,6 +55,21 @@ def test_distance_is_the_distance(primitive):
     np.testing.assert_allclose(np.einsum("nij,nj->ni", sample.hessian, sample.gradient), 0.0, atol=1e-6)
 
 
+def test_field_takes_points_of_any_arrangement(primitive):
+    """Distances, gradients and Hessians of a block of points are those of its points, one by one."""
+    points = points_around(primitive, 24).reshape(2, 3, 4, 3)
+    found = primitive.field(points)
+    for index in np.ndindex(2, 3, 4):
+        alone = primitive.sample(points[index][None])
+        np.testing.assert_allclose(found.distance[index], alone.distance[0], atol=1e-15)
+        np.testing.assert_allclose(found.gradient[index], alone.gradient[0], atol=1e-15)
+        np.testing.assert_allclose(found.hessian[index], alone.hessian[0], atol=1e-12)
+    np.testing.assert_array_equal(primitive.distances(points), found.distance)
+    np.testing.assert_array_equal(primitive.gradients(points), found.gradient)
+    np.testing.assert_array_equal(primitive.hessians(points), found.hessian)
+    assert primitive.field(np.zeros((0, 5, 3))).hessian.shape == (0, 5, 3, 3)
+
+
 def test_ellipsoid_against_its_surface():
     """φ is the distance to the closest of many surface points, from the centre of curvature to far away."""
     ellipsoid = gp.EllipsoidObject(x=0.02, y=0.03, z=0.05)
