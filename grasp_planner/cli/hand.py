@@ -7,10 +7,26 @@ from pathlib import Path
 
 import click
 
-from ..exceptions import GraspPlannerError
+from ..exceptions import GraspPlannerError, InvalidValueError
 from .output import write_text
 
 FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+def locked_joints(texts: tuple[str, ...]) -> dict[str, float]:
+    """Return the joints to be fixed with their values [rad or m], from texts NAME=VALUE.
+
+    Raises:
+        InvalidValueError: If a text is not of that form.
+    """
+    locked = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            locked[name] = float(value)
+        except ValueError:
+            raise InvalidValueError("lock", text, "NAME=VALUE with a number in rad or m") from None
+    return locked
 
 
 @click.group("hand")
@@ -22,8 +38,11 @@ def hand_group() -> None:
 @click.argument("urdf", type=FILE)
 @click.option("--toml", "description", type=FILE, help="Write the proposed description to this file.")
 @click.option("--png", "picture", type=FILE, help="Draw the hand with what was guessed into this file.")
+@click.option("--lock", "locks", multiple=True, help="Fix a joint: NAME=VALUE in rad or m. Repeatable.")
 @click.option("--force", is_flag=True, help="Overwrite files that exist.")
-def check_command(urdf: Path, description: Path | None, picture: Path | None, force: bool) -> None:
+def check_command(
+    urdf: Path, description: Path | None, picture: Path | None, locks: tuple[str, ...], force: bool
+) -> None:
     """Find fingers, tips, couplings and limits of a URDF, propose a description and say what is missing.
 
     Exit code 1 if the URDF can't be used as it is.
@@ -36,7 +55,7 @@ def check_command(urdf: Path, description: Path | None, picture: Path | None, fo
         if path is not None and path.exists() and not force:
             raise click.ClickException(f"{path} exists; --force overwrites it")
     try:
-        check = check_hand(urdf)
+        check = check_hand(urdf, locked_joints(locks))
         for line in report_lines(check):
             click.echo(line)
         if not check.usable:

@@ -24,7 +24,10 @@ DEFAULT_OBJECT = "cylinder:radius=0.03,height=0.15,mass=0.2"
 
 GRASP_OPTIONS = (
     click.option(
-        "--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file (TOML)."
+        "--hand",
+        default="dlr_hit_ii_right",
+        show_default=True,
+        help="Hand by name, or a description file (TOML) or a URDF.",
     ),
     click.option(
         "--object",

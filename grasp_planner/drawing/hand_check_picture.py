@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from ..files.writing import replacing
 from ..hand.check import HandCheck
+from ..hand.geometry_mesh import geometry_mesh
 from ..spatial import Array
-from .meshes import geometry_mesh
 from .picture import HAND_COLOUR, PALM_COLOUR, add_mesh, frame_axes
 
 TIP_COLOUR = "#d62828"
@@ -68,11 +68,11 @@ def _draw(axes: object, check: HandCheck) -> Array:
         mesh.apply_transform(placement.homogeneous)
         add_mesh(axes, mesh, PALM_COLOUR if entry.parentJoint == 0 else HAND_COLOUR, 0.6)
         corners.append(mesh.bounds)
-    for finger in check.fingers:
-        frame = model.getFrameId(finger.tip.frame, pin.FrameType.BODY)
-        centre = data.oMf[frame].act(np.array(finger.tip.offset))
+    for name, tip in ((finger.name, tip) for finger in check.fingers for tip in finger.tips):
+        frame = model.getFrameId(tip.frame, pin.FrameType.BODY)
+        centre = data.oMf[frame].act(np.array(tip.offset))
         axes.scatter(*centre, color=TIP_COLOUR, s=30, depthshade=False)  # type: ignore[attr-defined]
-        axes.text(*centre, finger.name, fontsize=6)  # type: ignore[attr-defined]
+        axes.text(*centre, name, fontsize=6)  # type: ignore[attr-defined]
         corners.append(np.array([centre, centre]))
     palm = data.oMf[model.getFrameId(check.palm.link, pin.FrameType.BODY)]
     start = palm.act(check.palm.grasp_centre)

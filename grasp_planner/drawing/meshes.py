@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import coal
-import numpy as np
-
-from ..exceptions import InvalidValueError
 from ..hand.configuration import HandConfiguration
+from ..hand.geometry_mesh import geometry_mesh
 from ..hand.hand import Hand
 from ..objects import GraspObject
 from ..spatial import Array, Pose
@@ -56,28 +53,6 @@ def link_placements(hand: Hand, q: Array, palm_in_object: Pose) -> tuple[Pose, .
         One pose for each geometry of the collision model, in its order.
     """
     return HandConfiguration(hand, q, palm_in_object).geometry_poses
-
-
-def geometry_mesh(geometry: Any) -> trimesh.Trimesh:
-    """Return the mesh of a coal geometry [m].
-
-    Raises:
-        InvalidValueError: If its kind is not supported.
-    """
-    import trimesh
-
-    if isinstance(geometry, coal.Sphere):
-        return trimesh.creation.icosphere(subdivisions=2, radius=geometry.radius)
-    if isinstance(geometry, coal.Capsule):
-        return trimesh.creation.capsule(height=2 * geometry.halfLength, radius=geometry.radius, count=[16, 16])
-    if isinstance(geometry, coal.Cylinder):
-        return trimesh.creation.cylinder(radius=geometry.radius, height=2 * geometry.halfLength, sections=32)
-    if isinstance(geometry, coal.Box):
-        return trimesh.creation.box(extents=2 * np.array(geometry.halfSide))
-    if isinstance(geometry, coal.BVHModelBase):
-        triangles = [[t[0], t[1], t[2]] for t in (geometry.tri_indices(i) for i in range(geometry.num_tris))]
-        return trimesh.Trimesh(vertices=np.array(geometry.vertices()), faces=triangles, process=False)
-    raise InvalidValueError("geometry", type(geometry).__name__, "Sphere, Capsule, Cylinder, Box or a mesh")
 
 
 def object_mesh(grasp_object: GraspObject) -> trimesh.Trimesh:

@@ -57,7 +57,7 @@ class ComplianceDescription(_Strict):
     """Default compliances of the hand and stiffness of its contacts."""
 
     joint: NonNegative | dict[str, NonNegative] = 0.1
-    """C_q [rad/(N m)], one number or one for every independent joint by its name."""
+    """C_q [rad/(N m)], of joints that slide [m/N], one number or one for every independent joint by its name."""
     structural: Positive = 0.1
     """C_s [m/N]."""
     contact_stiffness: NonNegative = 1e5
@@ -85,6 +85,7 @@ class SynergyFiles(_Strict):
     """Named synergy sets; paths are relative to the description file."""
 
     default: str | None = None
+    """One of the sets, or ``motors`` or ``closing``, which every hand has."""
     with_clearance: str | None = None
     """The default where links have to keep clear of the object and of each other."""
     sets: dict[str, str] = Field(default_factory=dict)
@@ -109,6 +110,8 @@ class HandDescription(_Strict):
     """URDF file, relative to the description file, or ``example-robot-data:robots/…`` within that package."""
     joints: tuple[str, ...] = Field(min_length=1)
     """Independent joints in the order of q; the others mimic one of these."""
+    locked: dict[str, Finite] = Field(default_factory=dict)
+    """Joints of the URDF that are fixed, with their values [rad or m]: a wrist or an arm before the palm."""
     palm: PalmDescription
     remark1: FingerOrder | None = None
     compliance: ComplianceDescription = ComplianceDescription()
@@ -161,10 +164,10 @@ def find_hand(name_or_path: str | Path) -> Path:
     """Return the description file of a hand.
 
     Args:
-        name_or_path: Name of a hand of the package, or path of a description file.
+        name_or_path: Name of a hand of the package, or path of a description file or a URDF.
 
     Returns:
-        Path of the TOML file.
+        Path of the file.
 
     Raises:
         NameNotFoundError: If it is neither; lists the hands that exist.
@@ -178,5 +181,5 @@ def find_hand(name_or_path: str | Path) -> Path:
     if path.is_file():
         return path
     if isinstance(name_or_path, Path) or path.suffix or len(path.parts) > 1:
-        raise FileFormatError(path, "no such hand description file")
+        raise FileFormatError(path, "no such hand description file or URDF")
     raise NameNotFoundError("hand", text, library)

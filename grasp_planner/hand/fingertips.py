@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..spatial import Array
-from .urdf_file import UrdfFile
+from .fingers import Finger
 
 TIP_WORDS = ("tip", "pad", "end")
 """Words in the name of a frame that marks a fingertip."""
@@ -37,27 +37,26 @@ class Fingertip:
     reason: str
 
 
-def find_fingertip(urdf: UrdfFile, joint: int) -> Fingertip:
-    """Return the likely fingertip of the last joint of a finger.
+def round_fingertip(model: Any, finger: Finger) -> Fingertip:
+    """Return the fingertip of a finger whose last link is made of balls, rods or boxes, or has no geometry.
 
     Args:
-        urdf: The URDF.
-        joint: Index of the joint in the model.
+        model: Pinocchio model.
+        finger: The finger.
 
     Returns:
         The sphere of a tip frame if there is one, a bare tip frame, or the far end of the last link's geometry.
     """
-    model = urdf.model
+    joint, geometries = finger.joint, list(finger.geometries)
     frames = [frame for frame in model.frames if frame.parentJoint == joint and frame.type == pin.FrameType.BODY]
     link = frames[0].name
-    geometries = [entry for entry in urdf.collision_model.geometryObjects if entry.parentJoint == joint]
     named = [frame for frame in frames[1:] if any(word in frame.name.lower() for word in TIP_WORDS)]
     ordered = sorted(named or frames[1:], key=lambda frame: -float(np.linalg.norm(frame.placement.translation)))
     for frame in ordered:
         for entry in geometries:
             if isinstance(entry.geometry, coal.Sphere) and model.frames[entry.parentFrame].name == frame.name:
                 centre = (frame.placement.inverse() * entry.placement).translation
-                return Fingertip(frame.name, link, _rounded(centre), float(entry.geometry.radius), "sphere of the tip")
+                return Fingertip(frame.name, link, rounded(centre), float(entry.geometry.radius), "sphere of the tip")
     if geometries:
         return _end_of_geometry(frames[0], geometries)
     if ordered:
@@ -75,7 +74,7 @@ def _end_of_geometry(frame: Any, geometries: list[Any]) -> Fingertip:
     radius = float(np.clip(across.min() / 2, 0.002, 0.03))
     centre = (low + high) / 2
     centre[axis] = reach[axis] - np.sign(reach[axis]) * radius
-    return Fingertip(frame.name, frame.name, _rounded(centre), round(radius, 5), "far end of the last link")
+    return Fingertip(frame.name, frame.name, rounded(centre), round(radius, 5), "far end of the last link")
 
 
 def _bounds(placement: Any, geometry: Any) -> tuple[Array, Array]:
@@ -87,7 +86,7 @@ def _bounds(placement: Any, geometry: Any) -> tuple[Array, Array]:
     return middle - rotation @ extent, middle + rotation @ extent
 
 
-def _rounded(point: Array) -> tuple[float, float, float]:
-    """Return a point to a micrometre."""
+def rounded(point: Array) -> tuple[float, float, float]:
+    """Return a point to a micrometre [m]."""
     x, y, z = (round(float(value), 6) + 0.0 for value in point)
     return x, y, z

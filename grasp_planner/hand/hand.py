@@ -15,8 +15,12 @@ from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Array, Pose, readonly
 from ..synergies.space import SynergySpace, load_synergies
 from ..values import LONGEST_PART, Value, clipped
+from .closing import find_closing
+from .closing_synergies import CLOSING, MOTORS, closing_synergies, motor_synergies
 from .contact_frame import ContactFrame, find_contact_frame
 from .description import HandDescription
+from .fingers import find_fingers
+from .motion import HandMotion
 from .source import HandSource
 
 
@@ -96,8 +100,8 @@ class Hand(Value):
 
     @property
     def synergy_set_names(self) -> tuple[str, ...]:
-        """Names of the synergy sets that come with the hand."""
-        return tuple(self.description.synergies.sets)
+        """Names of the synergy sets that come with the hand; of one without files, those that every hand has."""
+        return tuple(self.description.synergies.sets) or (CLOSING, MOTORS)
 
     def joint_index(self, name: str) -> int:
         """Return the index of an independent joint in q.
@@ -208,7 +212,7 @@ class Hand(Value):
         """Return a synergy set of the hand, in the order of its joints.
 
         Args:
-            set_name: Name of the set; the default one if left out.
+            set_name: Name of the set, ``motors`` or ``closing``; the default one if left out.
 
         Returns:
             All synergies of the set; take the first n with ``truncated(n)``.
@@ -226,6 +230,29 @@ class Hand(Value):
                 None,
                 "a set and its name as default in [synergies] of its description",
             )
-        if name not in files.sets:
-            raise NameNotFoundError("synergy set", name, files.sets)
-        return load_synergies(self.folder / files.sets[name]).reordered(self.joint_names)
+        if name in files.sets:
+            return load_synergies(self.folder / files.sets[name]).reordered(self.joint_names)
+        if name == MOTORS:
+            return motor_synergies(self.joint_names, self._closing_set.mean)
+        if name == CLOSING:
+            return self._closing_set
+        raise NameNotFoundError("synergy set", name, (*files.sets, MOTORS, CLOSING))
+
+    @cached_property
+    def _closing_set(self) -> SynergySpace:
+        """The synergies made from how the fingers close."""
+        motion = HandMotion(
+            self.model,
+            self.collision_model,
+            self.joint_names,
+            self.coupling,
+            self.coupling_offset,
+            self.lower,
+            self.upper,
+        )
+        fingers, _ = find_fingers(motion)
+        if not fingers:
+            raise InvalidValueError(
+                f"synergies of hand {self.name}", CLOSING, "a hand with fingers, or a set of a file"
+            )
+        return closing_synergies(find_closing(motion, fingers))

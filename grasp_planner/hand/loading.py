@@ -1,7 +1,8 @@
-"""A hand from its description file: URDF, coupling, contact frames and palm, looked up and checked once."""
+"""A hand from its description file or from a plain URDF: kinematics, coupling, contacts and palm, checked once."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,19 +11,26 @@ import pinocchio as pin
 from ..checks import finite_array, unit_vector
 from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Pose, readonly
+from .check import derived_hand
 from .contact_frame import frame_index
 from .coupling import joint_coupling, joint_limits
-from .description import find_hand, read_hand_description
+from .description import HandDescription, find_hand, read_hand_description
 from .hand import Hand
 from .source import hand_source
-from .urdf_file import find_robot_file, read_urdf
+from .urdf_file import UrdfFile, find_robot_file, read_urdf, repaired_urdf
+
+URDF_ENDINGS = (".urdf", ".xacro")
+"""Endings of files whose description is derived."""
 
 
-def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
+def load_hand(name_or_path: str | Path = "dlr_hit_ii_right", locked: Mapping[str, float] | None = None) -> Hand:
     """Load a hand.
 
     Args:
-        name_or_path: Name of a hand of the package, or path of a description file (TOML).
+        name_or_path: Name of a hand of the package, or path of a description file (TOML) or of a URDF, whose
+            description is then derived.
+        locked: Values of joints of a URDF that are to be fixed [rad or m], by name; a wrist or an arm before the
+            palm that is not named is locked at zero.
 
     Returns:
         The hand.
@@ -33,9 +41,29 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
         InvalidValueError: If joint limits or the coupling are unusable.
     """
     path = find_hand(name_or_path)
+    if path.suffix.lower() in URDF_ENDINGS:
+        urdf, derived = derived_hand(repaired_urdf(path, locked or {}, find_palm=True))
+        return hand_of(derived.description, urdf, path)
     description = read_hand_description(path)
-    robot_file = find_robot_file(description.urdf, path.parent)
-    urdf = read_urdf(robot_file)
+    file = find_robot_file(description.urdf, path.parent)
+    return hand_of(description, read_urdf(file, description.locked | dict(locked or {})), path)
+
+
+def hand_of(description: HandDescription, urdf: UrdfFile, path: Path) -> Hand:
+    """Return the hand of a description and its URDF.
+
+    Args:
+        description: The description.
+        urdf: The URDF it names.
+        path: The file that is loaded; relative paths start from its folder.
+
+    Returns:
+        The hand.
+
+    Raises:
+        NameNotFoundError: If the description names a joint or link that does not exist.
+        InvalidValueError: If joint limits or the coupling are unusable.
+    """
     model = urdf.model
     coupling, offset = joint_coupling(model, description.joints, urdf.mimics)
     palm_in_root = _palm_placement(model, description.palm.link)
@@ -53,7 +81,7 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right") -> Hand:
         palm_normal=unit_vector("palm.normal", description.palm.normal),
         closing_axis=unit_vector("palm.closing_axis", description.palm.closing_axis),
         grasp_centre=finite_array("palm.grasp_centre", description.palm.grasp_centre, (3,)),
-        source=hand_source(path, description, robot_file, urdf.collision_model),
+        source=hand_source(path, description, urdf.path, urdf.collision_model),
     )
 
 

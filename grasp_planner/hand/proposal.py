@@ -1,14 +1,23 @@
-"""What follows from a hand check: a description file to start from, and a report."""
+"""What follows from a hand check: a description file to correct, and a report."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from .check import HandCheck
+from .description import HandDescription
 
-from ..spatial import Array
-from .check import FingerReport, HandCheck
+GUESSES = {
+    "palm": "derived: where the fingertips go when the fingers close, what they close around, what they hold",
+    "compliance": "the numbers of [Mavrogiannis2014]: C_q [rad/(N m)], C_s [m/N], K_c [N/m]",
+    "contact_sets.sphere": "derived: balls that fit the last links where they close, the opposing finger first",
+    "collision": "derived: neighbours, and links that overlap with the hand open",
+    "locked": "joints before the palm, with their values [rad or m]",
+    "synergies": "made from the geometry; `motors` has one for each joint",
+}
+"""Comments of the tables of a derived description."""
 
 
 def proposed_description(check: HandCheck, folder: Path | None = None) -> str:
@@ -19,71 +28,84 @@ def proposed_description(check: HandCheck, folder: Path | None = None) -> str:
         folder: Folder the file will be in; that of the URDF if left out.
 
     Returns:
-        The text; what is guessed says so.
+        The text; what is derived says so, repairs stand at its head.
     """
-    assert check.palm is not None
-    urdf = (
-        check.path.name if folder is None or folder.resolve() == check.path.parent.resolve() else check.path.resolve()
-    )
-    joints = [joint.name for joint in check.joints if not joint.mimics]
-    palm = check.palm
-    lines = [
-        f"# Proposed from {check.path.name}; everything marked `guess` needs a look. SI units: m, rad, N.",
-        f"name = {json.dumps(check.name)}",
-        f"urdf = {json.dumps(str(urdf))}",
-        "# The independent joints in the order of q; joints with a <mimic> follow them.",
-        f"joints = {json.dumps(joints)}",
-        "",
-        "[palm]",
-        f"link = {json.dumps(palm.link)}",
-        f"normal = {_vector(palm.normal)}       # guess: where the fingertips go when the fingers close",
-        f"closing_axis = {_vector(palm.closing_axis)} # guess: what they close around",
-        f"grasp_centre = {_vector(palm.grasp_centre)} # guess: middle of the half-closed fingertips",
-        "",
-        "[compliance] # guess: the numbers of [Mavrogiannis2014]",
-        "joint = 0.1             # C_q [rad/(N m)]; or a table with one number a joint",
-        "structural = 0.1        # C_s [m/N]",
-        "contact_stiffness = 1e5 # K_c [N/m]",
-        "",
-        "[contact_sets.sphere]",
-        *(_contact(finger) for finger in check.fingers),
-        "",
-        "[collision] # neighbours in a chain",
-        "ignore = [",
-        *(f"  {json.dumps(list(pair))}," for pair in check.ignored),
-        "]",
-    ]
-    return "\n".join(lines) + "\n"
+    assert check.description is not None
+    beside = folder is None or folder.resolve() == check.path.parent.resolve()
+    description = check.description
+    if not beside:
+        description = description.model_copy(update={"urdf": str(check.path.resolve())})
+    head = [f"# Derived from {check.path.name}; correct what is wrong. SI units: m, rad, N."]
+    head += [f"# repair: {line}" for line in check.repairs]
+    return "\n".join(head) + "\n" + description_text(description, GUESSES)
+
+
+def description_text(description: HandDescription, comments: dict[str, str] | None = None) -> str:
+    """Return a description as TOML, which :func:`~grasp_planner.hand.description.read_hand_description` reads back.
+
+    Args:
+        description: The description.
+        comments: Comments of its tables, by name.
+
+    Returns:
+        The text.
+    """
+    data = description.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+    return "\n".join(_table("", data, comments or {})) + "\n"
+
+
+def _table(name: str, data: dict[str, Any], comments: dict[str, str]) -> list[str]:
+    """Return the lines of a table and of those within it."""
+    plain = {key: value for key, value in data.items() if not (isinstance(value, dict) and _own_header(name))}
+    lines = []
+    if name and (plain or not data):
+        comment = f" # {comments[name]}" if name in comments else ""
+        lines += ["", f"[{name}]{comment}"]
+    lines += [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
+    for key, value in data.items():
+        if key not in plain:
+            lines += _table(f"{name}.{_key(key)}" if name else _key(key), value, comments)
+    return lines
+
+
+def _own_header(name: str) -> bool:
+    """Return whether tables within one stand under headers of their own; contacts stand on one line each."""
+    return not name.startswith("contact_sets.")
+
+
+def _key(key: str) -> str:
+    """Return a key, quoted where it has to be."""
+    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else json.dumps(key)
+
+
+def _value(value: Any) -> str:
+    """Return a value."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, list):
+        if value and isinstance(value[0], list):
+            return "[\n" + "".join(f"  {_value(entry)},\n" for entry in value) + "]"
+        return "[" + ", ".join(_value(entry) for entry in value) + "]"
+    return json.dumps(value, ensure_ascii=False)
 
 
 def report_lines(check: HandCheck) -> list[str]:
     """Return the findings as lines of text."""
     lines = [f"{check.path}: {check.name}, {len(check.joints)} moving joints, {len(check.fingers)} fingers"]
+    lines += [f"repair: {line}" for line in check.repairs]
     for finger in check.fingers:
-        tip = finger.tip
         lines.append(f"finger {finger.name}: {' → '.join(finger.joints)}")
-        lines.append(f"  tip {tip.frame} + {list(tip.offset)} m, radius {tip.radius:g} m ({tip.reason})")
+        for tip in finger.tips:
+            lines.append(f"  tip {tip.frame} + {list(tip.offset)} m, radius {tip.radius:g} m ({tip.reason})")
     for joint in check.joints:
         follows = f", follows {joint.mimics}" if joint.mimics else ""
-        lines.append(f"joint {joint.name}: {joint.lower:.4g} … {joint.upper:.4g} rad{follows}")
-    if check.palm is not None:
+        lines.append(f"joint {joint.name}: {joint.lower:.4g} … {joint.upper:.4g}{follows}")
+    if check.description is not None:
+        palm = check.description.palm
         lines.append(
-            f"palm {check.palm.link}: normal {_vector(check.palm.normal)}, closing axis "
-            f"{_vector(check.palm.closing_axis)}, grasp centre {_vector(check.palm.grasp_centre)} m"
+            f"palm {palm.link}: normal {list(palm.normal)}, closing axis {list(palm.closing_axis)}, "
+            f"grasp centre {list(palm.grasp_centre)} m"
         )
+    lines += [f"note: {line}" for line in check.notes]
     lines += [f"missing: {line}" for line in check.missing]
     return lines + [f"error: {line}" for line in check.errors]
-
-
-def _contact(finger: FingerReport) -> str:
-    """Return the line of a contact."""
-    tip = finger.tip
-    offset = f", offset = {list(tip.offset)}" if any(tip.offset) else ""
-    return (
-        f"{finger.name} = {{ frame = {json.dumps(tip.frame)}, radius = {tip.radius:g}{offset} }} # guess: {tip.reason}"
-    )
-
-
-def _vector(vector: Array) -> str:
-    """Return a vector as TOML."""
-    return "[" + ", ".join(f"{value + 0.0:.4f}" for value in np.round(vector, 4)) + "]"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 from pathlib import Path
@@ -11,9 +10,12 @@ import coal
 import numpy as np
 
 from ..exceptions import FileFormatError
+from .urdf_meshes import find_mesh, package_folders
 
-MAX_MESH_BYTES = 200_000_000
-"""Largest mesh of a URDF that is read."""
+MAX_MESH_BYTES = 100_000_000
+"""Most bytes of meshes of a URDF that are read, of one and of all together."""
+MAX_LINKS = 2000
+"""Most links of a URDF that is read."""
 USES = ("collision", "visual")
 """Elements of a link that name meshes."""
 
@@ -29,8 +31,10 @@ def parse_robot(path: Path, text: str) -> ET.Element:
         The <robot> element.
 
     Raises:
-        FileFormatError: If it is no XML or its root is not <robot>.
+        FileFormatError: If it has too many links, is no XML or its root is not <robot>.
     """
+    if text.count("<link") > MAX_LINKS:
+        raise FileFormatError(path, f"has more than the {MAX_LINKS} links allowed")
     try:
         robot = ET.fromstring(text)
     except ET.ParseError as error:
@@ -47,23 +51,7 @@ def joint_defects(robot: ET.Element) -> list[str]:
         return ["has no moving joint"]
     by_name = {joint.get("name", ""): joint for joint in joints}
     defects = [line for joint in joints if joint.get("type") != "fixed" for line in _moving_defects(joint, by_name)]
-    return [*defects, *_tree_defects(robot)]
-
-
-def package_folders(path: Path, text: str) -> tuple[Path, ...]:
-    """Return the folders in which the meshes of a URDF are looked for.
-
-    Args:
-        path: The URDF.
-        text: Its text; ``package://NAME/…`` is found if a folder NAME lies beside or above the file.
-
-    Returns:
-        The file's own folder, then those that hold the named packages.
-    """
-    names = sorted(set(re.findall(r"package://([\w.-]+)/", text)))
-    parents = path.resolve().parents
-    holding = {parent for name in names for parent in parents if (parent / name).is_dir()}
-    return path.parent, *sorted(holding, key=lambda parent: -len(parent.parts))
+    return [*defects, *tree_defects(robot)]
 
 
 def mesh_defects(path: Path, text: str, robot: ET.Element, *, collision_only: bool = False) -> list[str]:
@@ -82,13 +70,17 @@ def mesh_defects(path: Path, text: str, robot: ET.Element, *, collision_only: bo
     solid, seen = (
         {mesh.get("filename", "") for place in robot.iter(tag) for mesh in place.iter("mesh")} for tag in USES
     )
-    lines = []
+    lines, total = [], 0
     for name in sorted(solid if collision_only else solid | seen):
-        found = _find_mesh(name, folders)
+        found = find_mesh(name, path, folders)
         if found is None:
             lines.append(f"mesh {name!r} is missing")
-        elif found.stat().st_size > MAX_MESH_BYTES:
+            continue
+        total += found.stat().st_size
+        if found.stat().st_size > MAX_MESH_BYTES:
             lines.append(f"mesh {name!r} is larger than the {MAX_MESH_BYTES} bytes allowed")
+        elif total > MAX_MESH_BYTES:
+            return [*lines, f"meshes up to {name!r} are larger than the {MAX_MESH_BYTES} bytes allowed together"]
         elif name in solid and not _readable(found):
             lines.append(f"mesh {name!r} is no mesh that can be read")
     return lines
@@ -105,8 +97,8 @@ def joint_range(joint: ET.Element) -> tuple[float, float]:
 def _moving_defects(joint: ET.Element, by_name: dict[str, ET.Element]) -> list[str]:
     """Return what is wrong with a joint that moves."""
     name, kind, mimic, axis = joint.get("name", ""), joint.get("type", ""), joint.find("mimic"), joint.find("axis")
-    if kind != "revolute":
-        return [f"joint {name!r} is {kind or 'of no type'}: only revolute joints are supported"]
+    if kind not in ("revolute", "prismatic"):
+        return [f"joint {name!r} is {kind or 'of no type'}: only revolute and prismatic joints are supported"]
     defects = []
     lower, upper = joint_range(joint)
     if not lower < upper:
@@ -120,12 +112,12 @@ def _moving_defects(joint: ET.Element, by_name: dict[str, ET.Element]) -> list[s
     source = by_name.get(mimic.get("joint", ""))
     if source is None:
         defects.append(f"joint {name!r} mimics {mimic.get('joint')!r}, which does not exist")
-    elif source.find("mimic") is not None:
-        defects.append(f"joint {name!r} mimics {source.get('name')!r}, which is a mimic joint itself")
+    elif source.find("mimic") is not None:  # chains that end have been flattened
+        defects.append(f"joint {name!r} mimics {source.get('name')!r}, which leads back to itself")
     return defects
 
 
-def _tree_defects(robot: ET.Element) -> list[str]:
+def tree_defects(robot: ET.Element) -> list[str]:
     """Return why links and joints make no tree: names given twice, ends that are missing, loops, several roots."""
     defects = []
     for tag in ("link", "joint"):
@@ -148,15 +140,6 @@ def _tree_defects(robot: ET.Element) -> list[str]:
         what = f"has several roots ({', '.join(roots)})" if roots else "has no root link: its joints close a loop"
         defects.append(f"{what}; links have to make one tree")
     return defects
-
-
-def _find_mesh(name: str, folders: tuple[Path, ...]) -> Path | None:
-    """Return the file of a mesh of a URDF; None if it is not there."""
-    inner = re.sub(r"^(package|file|model)://", "", name)
-    try:
-        return next((folder / inner for folder in folders if inner and (folder / inner).is_file()), None)
-    except (OSError, ValueError):
-        return None
 
 
 def _readable(path: Path) -> bool:

