@@ -16,7 +16,7 @@ from grasp_planner.spatial import Array
 
 from .finite_differences import central_differences, relative_error
 
-FOREIGN = json.loads((Path(__file__).parent / "data" / "three_fingers.json").read_text())
+FOREIGN = json.loads((Path(__file__).parent / "data" / "foreign" / "three_fingers.json").read_text())
 GRASP, JACOBIAN, NORMALS = (np.array(FOREIGN[name]) for name in ("G", "J", "normals"))
 FRICTION = FOREIGN["friction"]
 LIMITS = analysis.ContactLimits(FRICTION["mu"], FRICTION["fmin"], FRICTION["fmax"], FRICTION["k"])

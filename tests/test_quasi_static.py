@@ -27,7 +27,7 @@ from grasp_planner.model import (
 )
 from grasp_planner.spatial import Array
 
-FOREIGN = json.loads((Path(__file__).parent / "data" / "three_fingers.json").read_text())
+FOREIGN = json.loads((Path(__file__).parent / "data" / "foreign" / "three_fingers.json").read_text())
 
 
 def foreign(name: str) -> Array:

@@ -26,7 +26,7 @@ from grasp_planner.studies.study_margins import (
 )
 from grasp_planner.studies.study_statistics import prediction, roc_curve
 from grasp_planner.studies.synergy_study import StudyRow, StudySettings, load_study, run_study, study_case
-from grasp_planner.studies.synergy_study_page import count_rows, margin_rows, rest_rows, write_study
+from grasp_planner.studies.synergy_study_page import count_rows, prediction_rows, rest_rows, write_study
 from grasp_planner.studies.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
 
 
@@ -60,7 +60,7 @@ def test_where_all_pass_the_roc_is_undefined():
     found = prediction(passed, "F [N]")
     assert found.rho == pytest.approx(1.0)
     assert math.isnan(found.roc_area)
-    texts = {row[0]: row[1:] for row in margin_rows(passed)}
+    texts = {row[0]: row[1:] for row in prediction_rows(passed)}
     assert texts["F [N]"][-1] == "undefined"
 
 
@@ -197,7 +197,7 @@ def test_a_study_grows_and_is_written(tmp_path):
     write_study(tmp_path, grown, more)
     page = (tmp_path / "study.html").read_text(encoding="utf-8")
     assert page.count("data:image/png;base64,") == 3
-    assert len(margin_rows(grown)) == len(MARGINS)
+    assert len(prediction_rows(grown)) == len(MARGINS)
     assert len(best_margins(grown)) <= 6
     with pytest.raises(gp.FileFormatError, match=r"other settings \(squeeze: 1.0 there, 2.0 asked for\)"):
         run_study(replace(more, squeeze=2.0), tmp_path)

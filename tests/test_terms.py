@@ -9,7 +9,7 @@ import grasp_planner as gp
 from grasp_planner.evaluation.load_response import CONE_SMOOTHING
 from grasp_planner.evaluation.state import FRICTION_SMOOTHING
 from grasp_planner.grasp.verdict import Violation
-from grasp_planner.problem.term import Constraint, Cost, Unit
+from grasp_planner.problem.term import BUILT_IN_CONSTRAINTS, BUILT_IN_COSTS, Constraint, Cost, Unit
 from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.terms.objective import problem_objective
 from grasp_planner.terms.registry import REQUIREMENTS, judged_requirements, problem_constraints, stacked
@@ -356,11 +356,16 @@ def test_wrong_weights_are_named(weight):
 
 
 def test_names_of_built_in_terms_are_taken(plain):
-    problem = replace(plain.problem, constraints=(_Named("surface"),))
-    with pytest.raises(gp.InvalidValueError, match=r"surface.*no built-in term"):
-        gp.plan_grasp(problem)
-    with pytest.raises(gp.InvalidValueError, match=r"surface.*no built-in term"):
-        _ = replace(plain, problem=problem).violations
+    """They are refused when the problem is made; the list of names is that of the registry."""
+    assert set(BUILT_IN_CONSTRAINTS) == {term.name for term in REQUIREMENTS}
+    for name in BUILT_IN_CONSTRAINTS:
+        with pytest.raises(gp.InvalidValueError, match=rf"{name}.*no built-in term"):
+            replace(plain.problem, constraints=(_Named(name),))
+    costs = [each.cost for each in problem_objective(plain.problem).terms]
+    assert set(BUILT_IN_COSTS) == {cost.name for cost in costs}
+    for cost in costs:
+        with pytest.raises(gp.InvalidValueError, match=rf"{cost.name}.*no built-in term"):
+            replace(plain.problem, costs=(cost,))
 
 
 class _Misshapen(_PalmAbove):

@@ -19,7 +19,7 @@ from ..records.analysis_record import analysis_record
 from ..records.grasp_record import grasp_json
 from .grasp_file import HAND, opened_grasp
 from .margins import margin_rows, new_table
-from .output import write_text
+from .output import write_or_print
 
 SETTLED = 1e-6
 """Relative gradient of the Lagrangian up to which an optimum counts as one."""
@@ -54,7 +54,7 @@ def analyse(file: Path, hand: str | None, json_file: Path | None, sensitivity: b
             found = post_optimality(grasp)
         _print_sensitivities(console, grasp, found)
     if json_file is not None:
-        write_text(analysis_record(grasp, found).model_dump_json(indent=2) + "\n", json_file)
+        write_or_print(analysis_record(grasp, found).model_dump_json(indent=2) + "\n", json_file)
 
 
 @click.command()
@@ -85,7 +85,7 @@ def improve(file: Path, hand: str | None, goal: Goal, budget: float, trials: int
     better = found.after is not grasp
     console.print(f"F grows by {100 * found.cost:.1f} %" if better else "no better grasp within the budget")
     if out is not None:
-        write_text(grasp_json(found.after), out)
+        write_or_print(grasp_json(found.after), out)
     sys.exit(0 if better else EXIT_NOT_BETTER)
 
 

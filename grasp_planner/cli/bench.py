@@ -17,7 +17,7 @@ from rich.table import Table
 from ..checks import positive_whole
 from ..exceptions import InvalidValueError
 from .options import parse_counts, parse_names
-from .output import check_writable, write_text
+from .output import check_writable, write_or_print
 
 if TYPE_CHECKING:
     from ..studies.benchmark import EvaluationSpeed, ProblemResult
@@ -96,7 +96,7 @@ def bench(
             ],
             "problems": benchmark.as_rows(results),
         }
-        write_text(json.dumps(report, indent=1) + "\n", json_file)
+        write_or_print(json.dumps(report, indent=1) + "\n", json_file)
 
 
 def _speed_table(speeds: Sequence[EvaluationSpeed]) -> Table:

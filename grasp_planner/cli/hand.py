@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from ..exceptions import GraspPlannerError, InvalidValueError
-from .output import write_text
+from .output import write_or_print
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -68,4 +68,4 @@ def check_command(
     if description is None:
         click.echo("\n" + proposal, nl=False)
         return
-    write_text(proposal, description)
+    write_or_print(proposal, description)

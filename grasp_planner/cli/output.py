@@ -10,7 +10,7 @@ from ..exceptions import FileFormatError
 from ..files import writing
 
 
-def write_text(text: str, path: Path) -> None:
+def write_or_print(text: str, path: Path) -> None:
     """Write text to a file, or to standard output for ``-``.
 
     Raises:

@@ -18,7 +18,7 @@ from ..planning.planner import plan_grasp
 from ..records.grasp_record import grasp_json
 from .margins import margin_rows, new_table
 from .options import planner_options, problem_from_options, problem_options, search_options
-from .output import check_writable, write_text
+from .output import check_writable, write_or_print
 
 EXIT_FEASIBLE, EXIT_INFEASIBLE, EXIT_INTERRUPTED = 0, 3, 130
 
@@ -45,8 +45,9 @@ def plan(
 ) -> None:
     """Plan a task-specific force-closure grasp.
 
-    The defaults are the case of [Mavrogiannis2014]: the DLR/HIT II hand, a 6 cm cylinder of 200 g, a force
-    along +y. Exit code 0: a feasible grasp; 2: wrong usage; 3: no feasible grasp was found.
+    Hand, object and task are by default those of [Mavrogiannis2014]: the DLR/HIT II hand, a 6 cm cylinder of 200 g, a
+    force along +y. The links keep clear and a push from any side is withstood; with --paper it is the paper's own
+    problem. Exit code 0: a feasible grasp; 2: wrong usage; 3: no feasible grasp was found.
     """
     problem = problem_from_options(**arguments)
     options = planner_options(arguments)
@@ -74,7 +75,7 @@ def plan(
             diagnosis = explain_infeasibility(grasp, seed=seed)
         console.print(f"[bold]why not[/]\n{diagnosis.text}", highlight=False)
     if json_file is not None:
-        write_text(grasp_json(grasp), json_file)
+        write_or_print(grasp_json(grasp), json_file)
     if picture is not None:
         from ..drawing.picture import save_picture
 

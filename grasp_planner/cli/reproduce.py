@@ -51,7 +51,7 @@ def reproduce(
 
     Every cell starts from the same infeasible point without contact, then from seeded random ones.
     """
-    from ..studies.reproduce_page import page_notes, write_report
+    from ..studies.reproduce_page import page_notes, write_reproduction
 
     console = Console()
     loaded = load_hand(hand)
@@ -82,7 +82,7 @@ def reproduce(
     console.print(page_notes(cells), style="dim")
     if out is not None:
         settings = f"{loaded.description.title}; synergy set {name}; torque model {torque_model}; clearance {clearance}"
-        write_report(out, cells, front, seed=seed, settings=settings)
+        write_reproduction(out, cells, front, seed=seed, settings=settings)
         console.print(f"wrote {out / 'reproduce.json'}, reproduce.md, reproduce.html and figures")
 
 

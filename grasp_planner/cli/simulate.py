@@ -16,7 +16,7 @@ from ..exceptions import InvalidValueError
 from ..simulate import PROTOCOLS, Protocol, Simulation, build_scene, find_protocol, simulate_grasp, simulation_json
 from ..simulate.engine import load_mujoco
 from .grasp_file import HAND, opened_grasp
-from .output import check_writable, write_text
+from .output import check_writable, write_or_print
 
 if TYPE_CHECKING:
     from ..batch import BatchProgress
@@ -95,12 +95,12 @@ def simulate(
     if not grasp.feasible:
         console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
     if mjcf_file is not None:
-        write_text(build_scene(grasp, protocol).xml, mjcf_file)
+        write_or_print(build_scene(grasp, protocol).xml, mjcf_file)
     with console.status("simulating …"):
         found = simulate_grasp(grasp, protocol, squeeze=squeeze, ladder=ladder, record=html_file is not None)
     print_simulation(console, found)
     if out is not None:
-        write_text(simulation_json(found), out)
+        write_or_print(simulation_json(found), out)
     if html_file is not None and not found.frames:
         console.print("no animation: nothing was simulated")
     elif html_file is not None:

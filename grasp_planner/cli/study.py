@@ -113,14 +113,14 @@ def _print_study(console: Console, rows: Sequence[StudyRow], settings: StudySett
         MARGIN_COLUMNS,
         REST_COLUMNS,
         count_rows,
-        margin_rows,
+        prediction_rows,
         rest_rows,
     )
 
     for columns, texts in (
         (COUNT_COLUMNS, count_rows(rows, settings)),
         (REST_COLUMNS, rest_rows(rows, settings)),
-        (MARGIN_COLUMNS, margin_rows(rows)),
+        (MARGIN_COLUMNS, prediction_rows(rows)),
     ):
         table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
         for column in columns:

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
+import numpy as np
+
 from ..judge.posed_grasp import PosedGrasp
 from ..terms.objective import problem_objective
 from .search_report import IterationRecord as IterationRecord
@@ -44,12 +46,13 @@ class Grasp(PosedGrasp):
     @property
     def max_violation(self) -> float:
         """The largest of all violations, in SI units."""
-        return max(found.value for found in self.violations.values())
+        return float(np.max([found.value for found in self.violations.values()]))
 
     def failures(self, tolerance: float = FEASIBILITY_TOLERANCE) -> dict[str, Violation]:
         """Return the violations above a tolerance, largest first."""
         failed = [found for found in self.violations.values() if not found.value <= tolerance]
-        return {found.name: found for found in sorted(failed, key=lambda found: -found.value)}
+        failed.sort(key=lambda found: -np.nan_to_num(found.value, nan=np.inf))
+        return {found.name: found for found in failed}
 
     def is_feasible(self, tolerance: float = FEASIBILITY_TOLERANCE) -> bool:
         """Return whether every violation is within a tolerance (SI units) and the contacts are force-closed."""

@@ -47,7 +47,7 @@ def all_violations(grasp: PosedGrasp) -> tuple[Violation, ...]:
         The violations, in the order of the registry.
 
     Raises:
-        InvalidValueError: If a requirement of the user's gives no number, or has the name of a built-in one.
+        InvalidValueError: If a requirement of the user's gives no number.
     """
     found = []
     for term in judged_requirements(grasp.problem):

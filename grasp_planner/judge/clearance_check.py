@@ -17,6 +17,7 @@ from ..collision.coal_distances import signed_distance
 from ..collision.link_shapes import inner_axes, link_shapes
 from ..hand.configuration import HandConfiguration
 from ..problem.problem import GraspProblem
+from ..problem.term import above_zero
 from ..spatial import Array, Pose
 from ..values import Value
 
@@ -104,14 +105,14 @@ def least_distance(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Cl
 
 def penetration(clearances: tuple[Clearance, ...], kind: ClearanceKind, tolerant: bool = False) -> float:
     """Return the deepest overlap of a kind [m], beyond what is tolerated if so asked; 0 if there is none."""
-    overlaps = (-pair.distance - tolerant * pair.tolerated for pair in _counted(clearances, kind))
-    return max(0.0, max(overlaps, default=0.0))
+    overlaps = [-pair.distance - tolerant * pair.tolerated for pair in _counted(clearances, kind)]
+    return above_zero(np.max(overlaps, initial=0.0))
 
 
 def joint_centre_depth(problem: GraspProblem, q: Array, palm_in_object: Pose) -> float:
     """Return how deep the deepest joint centre lies inside the object [m]; 0 if none does; Remark 2."""
     centres = HandConfiguration(problem.hand, q, palm_in_object).joint_centres
-    return float(max(0.0, -problem.grasp_object.solid.sample(centres).distance.min()))
+    return above_zero(-problem.grasp_object.solid.sample(centres).distance.min())
 
 
 def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
@@ -131,8 +132,8 @@ def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: Pose, normals:
     for frame, axis, normal in zip(problem.frames, axes, normals, strict=True):
         length = float(np.linalg.norm(axis))
         if frame.joint_id not in inner and length > 1e-6:
-            worst = max(worst, -float(normal @ axis) / length)
-    return worst
+            worst = np.maximum(worst, -float(normal @ axis) / length)
+    return float(worst)
 
 
 def side_tilt(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
@@ -151,7 +152,7 @@ def side_tilt(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Ar
     poses = HandConfiguration(hand, q, palm_in_object).joint_poses
     sides = inner_axes(hand, link_shapes(hand), problem.frames)
     tilts = [abs(float(normals[i] @ (poses[joint].rotation @ axis))) for i, joint, axis in sides]
-    return max(tilts, default=0.0)
+    return float(np.max(tilts, initial=0.0))
 
 
 def _counted(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Iterator[Clearance]:

@@ -110,7 +110,7 @@ def check_loads(problem: GraspProblem, forces: Array, normals: Array, jacobian: 
     least, largest = float(low.min()), float(high.max())
     low, high = _extremes(problem, jacobian.T @ forces.ravel(), jacobian.T @ response)
     excess = float((np.maximum(high, -low) - problem.torque_limits).max())
-    return LoadCheck(friction=float(min(cones)), least_normal=least, largest_normal=largest, torque=excess)
+    return LoadCheck(friction=float(np.min(cones)), least_normal=least, largest_normal=largest, torque=excess)
 
 
 def _extremes(problem: GraspProblem, nominal: Array, rows: Array) -> tuple[Array, Array]:

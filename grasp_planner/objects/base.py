@@ -183,7 +183,7 @@ def rounded_solid(core: Any, edge: float) -> Any:
     return core
 
 
-def rounded(points: Array, axes: Array) -> tuple[Array, Array, Array]:
+def vector_lengths(points: Array, axes: Array) -> tuple[Array, Array, Array]:
     """Return length, direction and Hessian of the length of vectors, over the axes that count."""
     length = np.sqrt((points * points).sum(axis=1))
     safe = np.maximum(length, 1e-12)

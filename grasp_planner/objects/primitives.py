@@ -10,7 +10,7 @@ import numpy as np
 
 from ..exceptions import InvalidValueError
 from ..spatial import Array
-from .base import GraspObject, SurfaceSample, check_sizes, rounded, rounded_solid
+from .base import GraspObject, SurfaceSample, check_sizes, rounded_solid, vector_lengths
 
 if TYPE_CHECKING:
     import trimesh
@@ -38,7 +38,7 @@ class Sphere(GraspObject):
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
-        distance, gradient, hessian = rounded(points, np.ones(3))
+        distance, gradient, hessian = vector_lengths(points, np.ones(3))
         return SurfaceSample(distance - self.radius, gradient, hessian)
 
     @property
@@ -167,7 +167,7 @@ class Capsule(GraspObject):
         arms[:, 2] = np.where(over > 0.0, np.copysign(over, points[:, 2]), 0.0)
         axes = np.ones_like(points)
         axes[:, 2] = over > 0.0
-        distance, gradient, hessian = rounded(arms, axes)
+        distance, gradient, hessian = vector_lengths(arms, axes)
         return SurfaceSample(distance - self.radius, gradient, hessian)
 
     @property
@@ -215,7 +215,7 @@ class Box(GraspObject):
         """Evaluate the signed distance; see the base class."""
         over = np.abs(points) - (self.half_extents - self.edge)
         outside = np.maximum(over, 0.0)
-        length, direction, hessian = rounded(outside, (over > 0.0).astype(float))
+        length, direction, hessian = vector_lengths(outside, (over > 0.0).astype(float))
         inside = over.max(axis=1) <= 0.0
         face = np.eye(3)[np.argmax(over, axis=1)]
         sign = np.where(points < 0.0, -1.0, 1.0)

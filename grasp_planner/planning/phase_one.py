@@ -61,7 +61,7 @@ def reach_feasibility(program: GraspProgram, z: Array, check: Callable[[], None]
         The point, of shape (n,).
     """
     z = _restore(program, z, "geometry", GEOMETRY_EVALUATIONS, check)
-    z = squeezed(program, z)
+    z = pressing(program, z)
     return _restore(program, z, "all", ALL_EVALUATIONS, check)
 
 
@@ -70,7 +70,7 @@ def polish(program: GraspProgram, z: Array, check: Callable[[], None]) -> Array:
     return _restore(program, z, "polish", POLISH_EVALUATIONS, check)
 
 
-def squeezed(program: GraspProgram, z: Array) -> Array:
+def pressing(program: GraspProgram, z: Array) -> Array:
     """Return the variables with the δσ whose contact forces come closest to pressing with 2 N at every contact."""
     state, layout = program.state(z), program.evaluator.layout
     by_delta = state.d_forces[:, layout.displacement] * program.scale[layout.displacement]

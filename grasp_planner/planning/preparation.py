@@ -19,7 +19,7 @@ from ..problem.problem import GraspProblem
 from ..problem.term import RADIAN
 from ..spatial import Array
 from .least_squares import restore_feasibility
-from .phase_one import no_margin, squeezed, weighted_residuals, wide_margin
+from .phase_one import no_margin, pressing, weighted_residuals, wide_margin
 from .program import JOINT_SCALE, GraspProgram
 from .starts import GraspStart, random_start, standard_start
 
@@ -178,7 +178,7 @@ class _SynergyMotion:
         layout, n_s = self.program.evaluator.layout, self.problem.n_synergies
         y = np.zeros(self._slope.shape[1])
         y[:n_s] = self.problem.synergies.basis.T @ (start.joint_angles - self.problem.synergies.mean) / JOINT_SCALE
-        y[-n_s:] = squeezed(self.program, self._z(y))[layout.displacement]
+        y[-n_s:] = pressing(self.program, self._z(y))[layout.displacement]
         return y
 
     def bounds(self) -> tuple[Array, Array]:

@@ -101,8 +101,9 @@ class GraspProblem(Value):
         if self.n_synergies is None:
             object.__setattr__(self, "n_synergies", min(PRACTICAL_SYNERGIES, n_q, self.all_synergies.n_synergies))
         n_s = self.n_synergies
-        if isinstance(n_s, bool) or not isinstance(n_s, int) or not 1 <= n_s <= n_q:
+        if isinstance(n_s, bool) or not isinstance(n_s, int | np.integer) or not 1 <= n_s <= n_q:
             raise InvalidValueError("n_synergies", n_s, f"a whole number from 1 to {n_q}")
+        object.__setattr__(self, "n_synergies", int(n_s))
         if n_s < 6 and any(task.is_motion for task in self.tasks):
             raise InvalidValueError("n_synergies", n_s, "at least 6 for a twist task (β needs rank H_s = 6)")
         if len(self.frames) < 3:

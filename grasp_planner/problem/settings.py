@@ -115,6 +115,8 @@ class Setting:
                 if numbers.ndim:
                     raise InvalidValueError(self.key, value, self.allowed)
                 return float(value)
+            if self.kind == "whole":
+                return int(value)
         return value
 
     def of_plain(self, value: Any) -> Any:
@@ -153,9 +155,12 @@ class Setting:
     def _numbers(self, value: Any) -> np.ndarray:
         """Return the numbers of a value, all in range."""
         try:
-            numbers = np.asarray(value, dtype=float)
-        except (TypeError, ValueError):
+            given = np.asarray(value)
+        except ValueError:  # rows of different length
             raise InvalidValueError(self.key, value, self.allowed) from None
+        if given.dtype.kind not in "iuf":  # neither texts nor truth values
+            raise InvalidValueError(self.key, value, self.allowed)
+        numbers = given.astype(float)
         below = numbers <= self.low if self.above else numbers < self.low
         if not np.isfinite(numbers).all() or below.any() or (numbers > self.high).any():
             raise InvalidValueError(self.key, value, self.allowed)

@@ -55,6 +55,36 @@ NEWTON_METRE = Unit("N m", 10.0, 10.0, 1e-3, 1e-8, "N m")
 ONE = Unit("1", 1.0, 3.0, 0.02, 1e-8)
 
 
+def above_zero(value: Any) -> float:
+    """Return a number, or 0 if it is less; what is not a number stays so: it is a violation."""
+    return float(np.maximum(0.0, value))
+
+
+BUILT_IN_COSTS = ("force_norm", "task_index")
+BUILT_IN_CONSTRAINTS = (
+    "surface",
+    "compliance",
+    "friction",
+    "region",
+    "joint_limit",
+    "equilibrium_force",
+    "equilibrium_moment",
+    "link_object",
+    "joint_centre",
+    "self_collision",
+    "ground",
+    "tip_patch",
+    "tangency",
+    "abduction_order",
+    "load_friction",
+    "load_min_normal",
+    "load_max_normal",
+    "load_torque",
+    "load_force_norm",
+)
+"""Names that the user's own terms can't have; a test compares them with the registry."""
+
+
 class Requirement(ABC):
     """Something that a grasp has to meet, as the judge sees it.
 
@@ -110,7 +140,7 @@ class Constraint(Requirement):
         residual = self.residual(problem, state)
         if residual.size == 0:
             return 0.0
-        return float(np.abs(residual).max() if self.equality else max(0.0, -residual.min()))
+        return float(np.abs(residual).max() if self.equality else above_zero(-residual.min()))
 
 
 class Cost(ABC):
@@ -168,10 +198,10 @@ def own_costs(given: Iterable[Cost | Weighted]) -> tuple[Weighted, ...]:
     """Return the user's costs, each with a weight: 1 where none is given.
 
     Raises:
-        InvalidValueError: If one is no cost, or has no name or unit or that of another one.
+        InvalidValueError: If one is no cost, or has no unit, or no name or that of another one.
     """
     found = tuple(each if isinstance(each, Weighted) else Weighted(each) for each in _several("costs", given))
-    _check_names("costs", tuple(each.cost for each in found))
+    _check_names("costs", tuple(each.cost for each in found), BUILT_IN_COSTS)
     return found
 
 
@@ -179,24 +209,14 @@ def own_constraints(given: Iterable[Requirement]) -> tuple[Requirement, ...]:
     """Return the user's requirements: constraints, or what is judged without being searched for.
 
     Raises:
-        InvalidValueError: If one is no requirement, or has no name or unit or that of another one.
+        InvalidValueError: If one is no requirement, or has no unit, or no name or that of another one.
     """
     found = _several("constraints", given)
     for each in found:
         if not isinstance(each, Requirement):
             raise InvalidValueError("constraints", each, "Constraint objects")
-    _check_names("constraints", found)
+    _check_names("constraints", found, BUILT_IN_CONSTRAINTS)
     return found
-
-
-def check_not_built_in(field: str, own: Iterable[str], built_in: Iterable[str]) -> None:
-    """Raise if a term of the user's has the name of a built-in one.
-
-    Raises:
-        InvalidValueError: If so.
-    """
-    for name in sorted(set(own) & set(built_in)):
-        raise InvalidValueError(field, name, "a name that no built-in term has")
 
 
 def _several(field: str, given: Any) -> tuple[Any, ...]:
@@ -207,8 +227,8 @@ def _several(field: str, given: Any) -> tuple[Any, ...]:
         raise InvalidValueError(field, given, "several of them, such as (term,)") from None
 
 
-def _check_names(field: str, terms: tuple[Any, ...]) -> None:
-    """Check that every term has a name of its own and a unit."""
+def _check_names(field: str, terms: tuple[Any, ...], built_in: tuple[str, ...]) -> None:
+    """Check that every term has a unit and a name of its own, which no built-in one has."""
     seen = set()
     for term in terms:
         name, unit = getattr(term, "name", None), getattr(term, "unit", None)
@@ -218,4 +238,6 @@ def _check_names(field: str, terms: tuple[Any, ...]) -> None:
             raise InvalidValueError(f"{field}: unit of {name}", unit, "a Unit, such as NEWTON")
         if name in seen:
             raise InvalidValueError(field, name, "every name once")
+        if name in built_in:
+            raise InvalidValueError(field, name, "a name that no built-in term has")
         seen.add(name)

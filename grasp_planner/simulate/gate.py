@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..grasp.grasp import Grasp
 from ..judge.clearance_check import hand_clearances, penetration
 from ..model.contacts import find_contacts, fingertip_positions
+from ..problem.term import above_zero
 from ..spatial import Array
 from .protocol import Geometry
 
@@ -34,7 +37,7 @@ class GateReport:
     @property
     def passed(self) -> bool:
         """Whether neither is deeper than allowed."""
-        return max(self.object_overlap, self.self_overlap) <= self.limit
+        return self.object_overlap <= self.limit and self.self_overlap <= self.limit
 
 
 def check_posture(grasp: Grasp, q: Array, posture: str, geometry: Geometry, limit: float) -> GateReport:
@@ -53,9 +56,9 @@ def check_posture(grasp: Grasp, q: Array, posture: str, geometry: Geometry, limi
     problem = grasp.problem
     centres = fingertip_positions(problem.hand, problem.frames, q, grasp.palm_pose)
     gaps = find_contacts(centres, problem.radii, problem.grasp_object.solid).gaps
-    overlap, own = max(0.0, -float(gaps.min())), 0.0
+    overlap, own = above_zero(-gaps.min()), 0.0
     if geometry == "links":
         clearances = hand_clearances(problem, q, grasp.palm_pose)
-        overlap = max(overlap, penetration(clearances, "link_object"))
+        overlap = above_zero(np.maximum(overlap, penetration(clearances, "link_object")))
         own = penetration(clearances, "self_collision")
     return GateReport(posture, overlap, own, limit)

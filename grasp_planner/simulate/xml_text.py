@@ -12,7 +12,7 @@ import pinocchio as pin
 Element = ElementTree.Element
 
 
-def numbers(values: Iterable[float]) -> str:
+def attribute_text(values: Iterable[float]) -> str:
     """Return numbers as text that reads back to the same doubles."""
     return " ".join(repr(float(value)) for value in values)
 
@@ -26,7 +26,7 @@ def add(parent: Element, tag: str, **attributes: str | float | Iterable[float]) 
         elif isinstance(value, int | float | np.floating):
             text = repr(float(value)) if not isinstance(value, int) else str(value)
         else:
-            text = numbers(value)
+            text = attribute_text(value)
         texts[name] = text
     return ElementTree.SubElement(parent, tag, texts)
 

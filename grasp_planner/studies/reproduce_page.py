@@ -50,7 +50,7 @@ COLUMNS = (
 )
 
 
-def write_report(
+def write_reproduction(
     folder: Path, cells: Sequence[CellResult], front: Sequence[ParetoPoint], *, seed: int, settings: str
 ) -> None:
     """Write ``reproduce.json``, ``reproduce.md``, ``reproduce.html`` and the figures into a folder.

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..checks import positive, positive_whole
-from ..exceptions import FileFormatError, InvalidValueError
+from ..exceptions import InvalidValueError
 from ..hand.loading import load_hand
 from ..planning.planner import plan_grasp
 from ..problem.load_cases import LoadCases
@@ -21,6 +21,7 @@ from ..problem.search_options import PlannerOptions
 from ..processes import Job, JobContext, JobFunction
 from ..simulate import Protocol, find_protocol, simulate_grasp
 from .benchmark_problems import BenchmarkCase, object_kinds
+from .study_folder import check_same_study
 from .study_margins import grasp_as_simulated, static_margins
 
 if TYPE_CHECKING:
@@ -239,7 +240,7 @@ def run_study(
     from ..batch.work import RowWork, work_off_rows
 
     cases, given = settings.cases, json.loads(json.dumps(asdict(settings)))
-    _check_same(folder, given)
+    check_same_study(folder, given)
     same = json.dumps({name: value for name, value in given.items() if name != "problems"}, sort_keys=True)
     digest = hashlib.sha256(same.encode()).hexdigest()[:16]
     info = RunInfo(digest, len(cases), "grasp_planner.studies.synergy_study", COLUMNS, json.dumps(given, indent=1))
@@ -282,24 +283,3 @@ def _values(row: int, found: StudyRow, status: str) -> dict[str, Any]:
     """Return the row on disk."""
     margins = None if found.margins is None else [{"name": k, "value": v} for k, v in found.margins.items()]
     return {"row": row, "status": status, **asdict(found), "margins": margins}
-
-
-def _check_same(folder: Path, given: dict[str, Any]) -> None:
-    """Refuse the folder of another study; more problems are the same one, and its rows stay."""
-    from ..batch.run_files import read_run_info
-
-    if not (folder / "run.json").exists():
-        return
-    try:
-        held = json.loads(read_run_info(folder).spec)
-    except ValueError:
-        held = None
-    if not isinstance(held, dict):
-        raise FileFormatError(folder, "holds a run that is no study; choose another folder")
-    differ = [name for name in {**held, **given} if name != "problems" and held.get(name) != given.get(name)]
-    if differ:
-        name = differ[0]
-        text = f"holds a study of other settings ({name}: {held.get(name)} there, {given.get(name)} asked for)"
-        raise FileFormatError(folder, f"{text}; choose another folder")
-    if held.get("problems", 0) > given["problems"]:
-        raise FileFormatError(folder, f"holds a study of {held['problems']} problems; ask for at least as many")

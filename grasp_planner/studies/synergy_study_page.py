@@ -63,7 +63,7 @@ def write_study(folder: Path, rows: Sequence[StudyRow], settings: StudySettings)
     parts = (
         ("What holds", "", ("synergies",), COUNT_COLUMNS, count_rows(rows, settings)),
         ("At rest", REST, (), REST_COLUMNS, rest_rows(rows, settings)),
-        ("What predicts the load that is lost", PREDICTION, ("roc", "margins"), MARGIN_COLUMNS, margin_rows(rows)),
+        ("What predicts the load that is lost", PREDICTION, ("roc", "margins"), MARGIN_COLUMNS, prediction_rows(rows)),
     )
     for title, text, images, columns, table in parts:
         lines += [f"## {title}", "", *([text, ""] if text else []), *markdown_table(columns, table), ""]
@@ -139,7 +139,7 @@ def rest_rows(rows: Sequence[StudyRow], settings: StudySettings) -> list[list[st
     return table
 
 
-def margin_rows(rows: Sequence[StudyRow]) -> list[list[str]]:
+def prediction_rows(rows: Sequence[StudyRow]) -> list[list[str]]:
     """Return the texts of the table of margins, in their order."""
     table = []
     for name in MARGINS:

@@ -7,7 +7,7 @@ import numpy as np
 from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
 from ..problem.problem import GraspProblem
-from ..problem.term import METRE, Constraint
+from ..problem.term import METRE, Constraint, above_zero
 from ..spatial import Array
 
 
@@ -50,4 +50,4 @@ class ContactRegion(Constraint):
     def violation(self, grasp: PosedGrasp) -> float:
         """Return how far the farthest contact is outside the region."""
         margins, _ = grasp.problem.grasp_object.region(grasp.contacts.points)
-        return float(max(0.0, -margins.min(initial=0.0)))
+        return above_zero(-margins.min(initial=0.0))

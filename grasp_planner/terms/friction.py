@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
 from ..problem.problem import GraspProblem
-from ..problem.term import NEWTON, Constraint
+from ..problem.term import NEWTON, Constraint, above_zero
 from ..spatial import Array
 
 
@@ -24,4 +24,4 @@ class FrictionCone(Constraint):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the most by which a force leaves its cone."""
-        return float(max(0.0, -grasp.friction_margins.min()))
+        return above_zero(-grasp.friction_margins.min())

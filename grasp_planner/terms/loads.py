@@ -8,7 +8,7 @@ from ..evaluation.load_response import LoadState
 from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
 from ..problem.problem import GraspProblem
-from ..problem.term import NEWTON, NEWTON_METRE, Constraint
+from ..problem.term import NEWTON, NEWTON_METRE, Constraint, above_zero
 from ..spatial import Array
 
 
@@ -37,7 +37,7 @@ class LoadFriction(_LoadLimit):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the most by which a force leaves its cone."""
-        return max(0.0, -grasp.load_check.friction)
+        return above_zero(-grasp.load_check.friction)
 
 
 class LoadMinNormal(_LoadLimit):
@@ -55,7 +55,7 @@ class LoadMinNormal(_LoadLimit):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return by how much the least normal force is too small."""
-        return max(0.0, grasp.problem.loads.min_normal_force - grasp.load_check.least_normal)
+        return above_zero(grasp.problem.loads.min_normal_force - grasp.load_check.least_normal)
 
 
 class LoadMaxNormal(_LoadLimit):
@@ -73,7 +73,7 @@ class LoadMaxNormal(_LoadLimit):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return by how much the largest normal force is too large."""
-        return max(0.0, grasp.load_check.largest_normal - grasp.problem.max_normal_force)
+        return above_zero(grasp.load_check.largest_normal - grasp.problem.max_normal_force)
 
 
 class LoadTorque(_LoadLimit):
@@ -91,7 +91,7 @@ class LoadTorque(_LoadLimit):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the most by which a torque exceeds its limit."""
-        return max(0.0, grasp.load_check.torque)
+        return above_zero(grasp.load_check.torque)
 
 
 class ForceBudget(Constraint):
@@ -115,7 +115,7 @@ class ForceBudget(Constraint):
     def violation(self, grasp: PosedGrasp) -> float:
         """Return by how much F exceeds it."""
         assert grasp.problem.loads.max_force_norm is not None
-        return max(0.0, grasp.force_norm - grasp.problem.loads.max_force_norm)
+        return above_zero(grasp.force_norm - grasp.problem.loads.max_force_norm)
 
 
 def _loads(state: GraspState) -> LoadState:

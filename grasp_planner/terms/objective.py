@@ -9,7 +9,7 @@ from ..evaluation.state import GraspState
 from ..exceptions import InvalidValueError
 from ..judge.posed_grasp import PosedGrasp
 from ..problem.problem import GraspProblem
-from ..problem.term import Weighted, check_not_built_in, own_costs
+from ..problem.term import Weighted, own_costs
 from ..spatial import Array
 from .costs import ForceNorm, TaskIndex
 
@@ -55,15 +55,9 @@ class Objective:
 
 
 def problem_objective(problem: GraspProblem) -> Objective:
-    """Return the objective of a problem.
-
-    Raises:
-        InvalidValueError: If a cost of the user's has the name of a built-in one.
-    """
+    """Return the objective of a problem."""
     built_in = (
         Weighted(ForceNorm(), problem.parameters.force_weight),
         Weighted(TaskIndex(), problem.parameters.task_weight),
     )
-    own = own_costs(problem.costs)
-    check_not_built_in("costs", (each.cost.name for each in own), (each.cost.name for each in built_in))
-    return Objective((*built_in, *own))
+    return Objective((*built_in, *own_costs(problem.costs)))

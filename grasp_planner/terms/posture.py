@@ -7,7 +7,7 @@ import numpy as np
 from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
 from ..problem.problem import GraspProblem
-from ..problem.term import RADIAN, Constraint, Requirement
+from ..problem.term import RADIAN, Constraint, Requirement, above_zero
 from ..spatial import Array
 from .padding import padded
 
@@ -61,4 +61,4 @@ class AbductionOrder(Constraint):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the most by which two neighbours are out of order."""
-        return float(max(0.0, -(grasp.problem.abduction_differences @ grasp.joint_angles).min(initial=0.0)))
+        return above_zero(-(grasp.problem.abduction_differences @ grasp.joint_angles).min(initial=0.0))

@@ -10,7 +10,7 @@ import numpy as np
 from ..evaluation.state import GraspState
 from ..exceptions import InvalidValueError
 from ..problem.problem import GraspProblem
-from ..problem.term import Constraint, Requirement, check_not_built_in, own_costs
+from ..problem.term import Constraint, Requirement, own_costs
 from ..spatial import Array
 from .clearance import (
     GroundClearance,
@@ -51,20 +51,12 @@ REQUIREMENTS: tuple[Requirement, ...] = (
 
 
 def judged_requirements(problem: GraspProblem) -> tuple[Requirement, ...]:
-    """Return what a grasp of a problem has to meet: the built-in requirements it asks for, then the user's own.
-
-    Raises:
-        InvalidValueError: If a constraint of the user's has the name of a built-in one.
-    """
+    """Return what a grasp of a problem has to meet: the built-in requirements it asks for, then the user's own."""
     return (*(term for term in REQUIREMENTS if term.judged and term.wanted(problem)), *_own(problem))
 
 
 def problem_constraints(problem: GraspProblem) -> tuple[Constraint, ...]:
-    """Return what the search holds: of the same requirements those that are constraints, and the helpers among them.
-
-    Raises:
-        InvalidValueError: If a constraint of the user's has the name of a built-in one.
-    """
+    """Return what the search holds: of the same requirements those that are constraints, and the helpers among them."""
     built_in = (term for term in REQUIREMENTS if isinstance(term, Constraint) and term.wanted(problem))
     return (*built_in, *(term for term in _own(problem) if isinstance(term, Constraint)))
 
@@ -121,5 +113,4 @@ def _expect(field: str, values: Any, shape: tuple[int, ...]) -> None:
 
 def _own(problem: GraspProblem) -> tuple[Requirement, ...]:
     """Return the user's own requirements that are wanted."""
-    check_not_built_in("constraints", (t.name for t in problem.constraints), (t.name for t in REQUIREMENTS))
     return tuple(term for term in problem.constraints if term.wanted(problem))

@@ -114,7 +114,7 @@ class LocalServer(viser.ViserServer):
         if handle is None or set(message.updates) != {"value"} or getattr(handle, "disabled", False):
             return False
         try:
-            message.updates["value"] = clipped(handle, message.updates["value"])
+            message.updates["value"] = in_bounds(handle, message.updates["value"])
         except (TypeError, ValueError, OverflowError):
             return False
         return True
@@ -138,7 +138,7 @@ class LocalServer(viser.ViserServer):
         return True
 
 
-def clipped(handle: Any, value: Any) -> Any:
+def in_bounds(handle: Any, value: Any) -> Any:
     """Return the value for a widget, made to fit: numbers within its range, texts not too long.
 
     Args:
