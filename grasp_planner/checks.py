@@ -60,7 +60,13 @@ def unit_vector(field: str, values: npt.ArrayLike, size: int = 3) -> Array:
     return array if abs(length - 1.0) < UNIT_ROUNDING else readonly(array / length)
 
 
-def positive(field: str, value: float, *, zero_allowed: bool = False, unit: str = "") -> float:
+LARGEST = 1e9
+"""Largest positive number where nothing narrower is known: products of several of them are finite."""
+
+
+def positive(
+    field: str, value: float, *, zero_allowed: bool = False, unit: str = "", at_most: float = LARGEST
+) -> float:
     """Return a number checked to be finite and positive.
 
     Args:
@@ -68,6 +74,7 @@ def positive(field: str, value: float, *, zero_allowed: bool = False, unit: str 
         value: The number.
         zero_allowed: Whether zero passes.
         unit: Unit named in the error.
+        at_most: Largest number allowed.
 
     Returns:
         The number as a float.
@@ -78,10 +85,12 @@ def positive(field: str, value: float, *, zero_allowed: bool = False, unit: str 
     allowed = f"a finite number {'>=' if zero_allowed else '>'} 0{f' {unit}' if unit else ''}"
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InvalidValueError(field, value, allowed) from None
     if not math.isfinite(number) or number < 0.0 or (number == 0.0 and not zero_allowed):
         raise InvalidValueError(field, value, allowed)
+    if number > at_most:
+        raise InvalidValueError(field, value, f"{allowed}, at most {at_most:g}")
     return number
 
 

@@ -3,8 +3,35 @@
 from __future__ import annotations
 
 import difflib
+import reprlib
 from collections.abc import Iterable
 from pathlib import Path
+
+MAX_VALUE = 80
+"""Characters of a value that a message shows."""
+MAX_MESSAGE = 300
+"""Characters of a message that the command line prints."""
+_MOST_ENTRIES, _MOST_LEVELS = 20, 4
+
+
+def cut(text: str, limit: int) -> str:
+    """Return a text on one line, cut to a number of characters."""
+    line = " ".join(text[: 4 * limit].split())
+    return line if len(line) <= limit and len(text) <= 4 * limit else f"{line[: limit - 1]}…"
+
+
+def shown(value: object) -> str:
+    """Return a value as messages show it, cut to :data:`MAX_VALUE` characters however large it is."""
+    short = reprlib.Repr()
+    short.maxlevel = _MOST_LEVELS
+    short.maxlist = short.maxtuple = short.maxdict = short.maxset = short.maxfrozenset = _MOST_ENTRIES
+    short.maxlong = short.maxother = 2 * MAX_VALUE
+    short.maxstring = MAX_VALUE
+    try:
+        text = repr(value[: MAX_VALUE + 1]) if isinstance(value, str) else short.repr(value)
+    except ValueError:  # a whole number with thousands of digits has no text
+        text = "a number of thousands of digits"
+    return cut(text, MAX_VALUE)
 
 
 class GraspPlannerError(Exception):
@@ -24,7 +51,7 @@ class InvalidValueError(GraspPlannerError, ValueError):
         self.field = field
         self.value = value
         self.allowed = allowed
-        super().__init__(f"{field}: got {value!r}, allowed: {allowed}")
+        super().__init__(f"{cut(field, MAX_VALUE)}: got {shown(value)}, allowed: {allowed}")
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
         return type(self), (self.field, self.value, self.allowed)
@@ -43,9 +70,9 @@ class NameNotFoundError(GraspPlannerError, LookupError):
         self.kind = kind
         self.name = name
         self.known = tuple(known)
-        close = difflib.get_close_matches(name, self.known, n=1)
+        close = difflib.get_close_matches(name[:MAX_VALUE], self.known, n=1)
         hint = f" (did you mean {close[0]!r}?)" if close else ""
-        super().__init__(f"unknown {kind} {name!r}{hint}; existing: {', '.join(self.known) or 'none'}")
+        super().__init__(f"unknown {kind} {shown(name)}{hint}; existing: {', '.join(self.known) or 'none'}")
 
     def __reduce__(self) -> tuple[type, tuple[str, str, tuple[str, ...]]]:
         return type(self), (self.kind, self.name, self.known)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from abc import abstractmethod
 from typing import Annotated, Any, Literal
@@ -11,8 +12,13 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Number = int | Finite
-Count = Annotated[int, Field(ge=1, le=10_000_000, strict=True)]
+MAX_WHOLE = 2**63 - 1
+"""Largest whole number of a column."""
+MAX_VALUES = 1_000_000
+"""Most values of an axis."""
+Whole = Annotated[int, Field(ge=-MAX_WHOLE, le=MAX_WHOLE, strict=True)]
+Number = Whole | Finite
+Count = Annotated[int, Field(ge=1, le=MAX_VALUES, strict=True)]
 
 
 class Axis(BaseModel):
@@ -50,9 +56,20 @@ class Range(Axis):
             raise ValueError("a step from 'from' towards 'to'")
         if self.step is None and self.count is None and self.stop < self.start:
             raise ValueError("'to' not below 'from'")
+        # Differences of two finite numbers, and shares of them, may have no finite number.
+        if self.count is None and not self._steps() < MAX_VALUES:
+            raise ValueError(f"at most {MAX_VALUES} values")
         if self.spacing == "log" and (self.count is None or self.start <= 0 or self.stop <= 0):
             raise ValueError("a count and ends > 0 with spacing: log")
         return self
+
+    def _steps(self) -> float:
+        """Return the number of steps from end to end."""
+        step = 1 if self.step is None else self.step
+        try:
+            return float(np.floor((self.stop - self.start) / step + 1e-9))
+        except (OverflowError, FloatingPointError):
+            return math.inf
 
     def values(self, rng: np.random.Generator) -> list[Any]:
         """Return the values."""
@@ -60,7 +77,7 @@ class Range(Axis):
             space = np.geomspace if self.spacing == "log" else np.linspace
             return [float(f"{value:.12g}") for value in space(self.start, self.stop, self.count)]
         step = 1 if self.step is None else self.step
-        steps = int(np.floor((self.stop - self.start) / step + 1e-9))
+        steps = int(self._steps())
         found = [self.start + k * step for k in range(steps + 1)]
         return [value if isinstance(value, int) else float(f"{value:.12g}") for value in found]
 
@@ -102,7 +119,7 @@ class Normal(Axis):
 class Integers(Axis):
     """``{integers: [low, high], count}``, both ends included."""
 
-    integers: tuple[Annotated[int, Field(strict=True)], Annotated[int, Field(strict=True)]]
+    integers: tuple[Whole, Whole]
     count: Count
 
     @model_validator(mode="after")

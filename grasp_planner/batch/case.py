@@ -30,6 +30,10 @@ from ..problem.settings import Setting, settings_of
 DEFAULT_TIME_LIMIT_S = 120.0
 """Wall time after which a case is stopped, unless it says otherwise [s]."""
 
+MAX_SEED = 2**63 - 1
+"""Largest seed: what a column of whole numbers holds."""
+MAX_TIME_LIMIT_S = 30 * 86400.0
+"""Longest wall time of a case [s]."""
 SEARCH_SETTINGS = {each.key: each for each in settings_of(PlannerOptions) if each.name != "time_limit_s"}
 """Settings of the planner; its own time limit is left out, because rows would depend on the machine's speed."""
 SETTINGS: tuple[str, ...] = tuple(
@@ -64,8 +68,8 @@ class GraspCase(BaseModel):
     task: tuple[str, ...] = ModelField(default=("force:+y",), min_length=1)
     n_synergies: int | None = ModelField(default=None, ge=1, strict=True)
     paper: bool = ModelField(default=False, strict=True)
-    seed: int = ModelField(default=0, ge=0, strict=True)
-    time_limit_s: float = ModelField(default=DEFAULT_TIME_LIMIT_S, gt=0.0, allow_inf_nan=False)
+    seed: int = ModelField(default=0, ge=0, le=MAX_SEED, strict=True)
+    time_limit_s: float = ModelField(default=DEFAULT_TIME_LIMIT_S, gt=0.0, le=MAX_TIME_LIMIT_S, allow_inf_nan=False)
     settings: dict[str, Any] = ModelField(default_factory=dict)
 
     @field_validator("task", mode="before")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..exceptions import FileFormatError, GraspPlannerError
+from ..exceptions import FileFormatError, GraspPlannerError, shown
 
 
 class SpecError(GraspPlannerError):
@@ -22,7 +22,7 @@ class SpecError(GraspPlannerError):
         self.file, self.where, self.value, self.allowed, self.line = file, where, value, allowed, line
         place = f"{file}: " if file is not None else ""
         at = f" (line {line})" if line is not None else ""
-        super().__init__(f"{place}{where or 'specification'}{at}: got {value!r}, allowed: {allowed}")
+        super().__init__(f"{place}{where or 'specification'}{at}: got {shown(value)}, allowed: {allowed}")
 
     def __reduce__(self) -> tuple[type, tuple[Path | None, str, object, str, int | None]]:
         return type(self), (self.file, self.where, self.value, self.allowed, self.line)

@@ -20,6 +20,9 @@ from .errors import SpecError
 from .spec import OBJECT_KEY, BatchSpec, Block, axis_values
 from .yaml_file import join
 
+MAX_CASES = 10_000_000
+"""Most cases of a specification."""
+
 
 @dataclass(frozen=True)
 class _Grid:
@@ -48,6 +51,8 @@ class CaseTable(Sequence[GraspCase]):
         self.spec = spec
         self._grids = tuple(_grid(spec, number, block) for number, block in enumerate(spec.blocks))
         self._ends = list(itertools.accumulate(grid.size for grid in self._grids))
+        if self._ends[-1] > MAX_CASES:
+            raise spec.error("blocks", f"{self._ends[-1]:.3g} cases", f"at most {MAX_CASES} cases")
 
     def __len__(self) -> int:
         return self._ends[-1]

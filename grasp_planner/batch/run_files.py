@@ -26,7 +26,7 @@ from .rows import columns
 FORMAT = 1
 """Version of the layout of the folder."""
 MAX_CASES = 10_000_000
-"""Most cases of a run."""
+"""Most cases of a run that is read."""
 MAX_INFO_BYTES = 50_000_000
 """Largest ``run.json`` that is read."""
 SUMS = "parts.sha256"

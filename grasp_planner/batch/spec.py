@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 from ..exceptions import GraspPlannerError, InvalidValueError, NameNotFoundError
 from ..hand.loading import load_hand
 from ..model.task_direction import parse_task
-from .axes import AXES, AXIS_HELP
+from .axes import AXES, AXIS_HELP, MAX_WHOLE
 from .case import SETTINGS, GraspCase
 from .errors import SpecError
 from .yaml_file import Lines, join, read_yaml
@@ -56,7 +56,7 @@ class BatchSpec(_Part):
     """
 
     description: str = ""
-    seed: Annotated[int, Field(ge=0, strict=True)] = 0
+    seed: Annotated[int, Field(ge=0, le=MAX_WHOLE, strict=True)] = 0
     defaults: dict[str, Any] = Field(default_factory=dict)
     blocks: tuple[Block, ...] = Field(min_length=1)
     overrides: tuple[Override, ...] = ()

@@ -13,7 +13,9 @@ from typing import IO, TYPE_CHECKING, Any
 import click
 
 from ..exceptions import GraspPlannerError, InvalidValueError
+from ..files.text import read_text_file
 from .grasp_file import HAND
+from .output import say
 
 if TYPE_CHECKING:
     from ..batch import BatchProgress, CaseTable
@@ -22,6 +24,8 @@ SHOWN_CASES = 5
 """Cases that a dry run shows."""
 LINE_EVERY_S = 10.0
 """How often a line is written where there is no terminal for a progress bar [s]."""
+MAX_ROWS, MAX_DIGITS = 1_000_000, 9
+"""Most rows of a list, most digits of a number in it."""
 INTERRUPTED = 130
 """Exit code after Ctrl-C."""
 FOLDER = click.Path(path_type=Path, file_okay=False)
@@ -34,7 +38,7 @@ class _OneLine(click.ClickException):
 
     def show(self, file: IO[Any] | None = None) -> None:
         """Print it on standard error."""
-        click.echo(f"grasp-planner: error: {' '.join(self.message.split())}", err=True)
+        say("error", self.message)
 
 
 @contextmanager
@@ -63,6 +67,7 @@ def batch_command(
     with _plain_errors():
         from ..batch import CaseTable, read_spec, run_batch
         from ..batch.planning_job import STANDARD_PLANNER
+        from ..batch.yaml_file import MAX_SPEC_BYTES
 
         parsed = read_spec(spec)
         if dry_run:
@@ -77,7 +82,7 @@ def batch_command(
                 workers=workers,
                 scheduler=scheduler,
                 planner=planner or STANDARD_PLANNER,
-                spec_text=spec.read_text(encoding="utf-8"),
+                spec_text=read_text_file(spec, MAX_SPEC_BYTES),
                 on_progress=on_progress,
             )
     new = summary.done - summary.resumed
@@ -138,9 +143,13 @@ def parse_rows(text: str) -> list[int]:
     rows: list[int] = []
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
-        if not first.isdigit() or (dash and not last.isdigit()):
+        ends = [first, last if dash else first]
+        if not all(end.isascii() and end.isdecimal() and len(end) <= MAX_DIGITS for end in ends):
             raise InvalidValueError("rows", part, "numbers and ranges, such as 0,4,10-19")
-        rows += range(int(first), int(last if dash else first) + 1)
+        span = range(int(ends[0]), int(ends[1]) + 1)
+        if len(rows) + len(span) > MAX_ROWS:
+            raise InvalidValueError("rows", part, f"at most {MAX_ROWS} rows at once")
+        rows += span
     return rows
 
 

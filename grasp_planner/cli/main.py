@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import importlib
 import sys
+import traceback
 import warnings
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import Any
 
 import click
 
 from .. import __version__
-from ..exceptions import GraspPlannerError
+from ..exceptions import MAX_MESSAGE, GraspPlannerError, cut
+from .crash import say_unforeseen
+from .output import say
 
 EXIT_USAGE = 2
+EXIT_UNFORESEEN = 70
+"""Exit code of an error that nobody foresaw (EX_SOFTWARE of sysexits.h)."""
 COMMANDS = {
     "plan": (".plan", "plan", "Plan a task-specific force-closure grasp."),
     "analyse": (".analyse", "analyse", "Print margins, stability, tolerance and sensitivities of a planned grasp."),
@@ -64,7 +69,8 @@ COMMANDS = {
 class _Commands(click.Group):
     """A group that imports a command when it is called.
 
-    It turns typed errors into one line and exit code 2, and warnings into one line each.
+    It turns typed errors into one line and exit code 2, everything else that is raised into one line and exit code 70
+    with a report, and warnings into one line each.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -92,17 +98,22 @@ class _Commands(click.Group):
             with warnings.catch_warnings():
                 warnings.showwarning = _warning_printer()
                 return super().invoke(ctx)
-        except GraspPlannerError as error:
-            _fail(str(error))
         except BrokenPipeError:
             sys.stderr.close()
             sys.exit(1)
-
-
-def _fail(message: str) -> NoReturn:
-    """Print one line on standard error and exit."""
-    click.echo(f"grasp-planner: error: {' '.join(message.split())}", err=True)
-    sys.exit(EXIT_USAGE)
+        except click.ClickException as error:
+            vars(error)["message"] = cut(error.message, MAX_MESSAGE)
+            raise
+        except click.exceptions.Exit:
+            raise
+        except Exception as error:  # the last guard: whatever comes here is one line
+            if ctx.params.get("debug"):
+                traceback.print_exc()
+            if isinstance(error, GraspPlannerError):
+                say("error", str(error))
+                sys.exit(EXIT_USAGE)
+            say_unforeseen(error, ctx.invoked_subcommand or "the command line")
+            sys.exit(EXIT_UNFORESEEN)
 
 
 def _warning_printer() -> Callable[..., None]:
@@ -112,7 +123,7 @@ def _warning_printer() -> Callable[..., None]:
     def show(message: Warning | str, *_: object) -> None:
         line = " ".join(str(message).split())
         if line not in shown:
-            click.echo(f"grasp-planner: warning: {line}", err=True)
+            say("warning", line)
         shown.add(line)
 
     return show
@@ -120,5 +131,6 @@ def _warning_printer() -> Callable[..., None]:
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(__version__, prog_name="grasp-planner")
-def main() -> None:
+@click.option("--debug", is_flag=True, help="Show the traceback of an error too.")
+def main(debug: bool) -> None:
     """Plan and understand task-specific grasps of synergy-driven robot hands."""

@@ -20,6 +20,10 @@ from .settings import given_settings, setting_options
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+MAX_SEED = 2**63 - 1
+"""Largest seed."""
+MAX_DIGITS = 4
+"""Most digits of a number in a list."""
 DEFAULT_OBJECT = "cylinder:radius=0.03,height=0.15,mass=0.2"
 
 GRASP_OPTIONS = (
@@ -76,7 +80,9 @@ def problem_options(command: Command) -> Command:
 
 def search_options(command: Command) -> Command:
     """Add the options of the search to a command."""
-    seed = click.option("--seed", type=int, default=0, show_default=True, help="Seed of the random starts.")
+    seed = click.option(
+        "--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="Seed of the random starts."
+    )
     options: list[Any] = [*setting_options(settings_of(PlannerOptions)), seed]
     for option in reversed(options):
         command = option(command)
@@ -125,9 +131,10 @@ def parse_counts(name: str, text: str) -> tuple[int, ...]:
     counts: list[int] = []
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
-        if not first.isdigit() or (dash and not last.isdigit()):
+        ends = [first, last if dash else first]
+        if not all(end.isascii() and end.isdecimal() and len(end) <= MAX_DIGITS for end in ends):
             raise InvalidValueError(name, text, "numbers and ranges, such as 1-5,15")
-        counts += range(int(first), int(last if dash else first) + 1)
+        counts += range(int(ends[0]), int(ends[1]) + 1)
     return tuple(dict.fromkeys(counts))
 
 

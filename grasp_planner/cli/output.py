@@ -6,8 +6,13 @@ from pathlib import Path
 
 import click
 
-from ..exceptions import FileFormatError
+from ..exceptions import MAX_MESSAGE, FileFormatError, cut
 from ..files import writing
+
+
+def say(kind: str, message: str) -> None:
+    """Print one line, ``error`` or ``warning``, on standard error; a long message is cut."""
+    click.echo(f"grasp-planner: {kind}: {cut(message, MAX_MESSAGE)}", err=True)
 
 
 def write_or_print(text: str, path: Path) -> None:

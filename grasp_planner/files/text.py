@@ -6,7 +6,8 @@ import math
 import re
 from pathlib import Path
 
-from ..exceptions import FileFormatError
+from ..exceptions import FileFormatError, shown
+from .reading import read_bounded
 
 
 def read_text_file(path: Path, max_bytes: int) -> str:
@@ -23,11 +24,8 @@ def read_text_file(path: Path, max_bytes: int) -> str:
         FileFormatError: If it can't be read, is too large, or is not UTF-8.
     """
     try:
-        if path.stat().st_size > max_bytes:
-            raise FileFormatError(path, f"larger than the {max_bytes} bytes allowed")
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(path, error.strerror or "can't be read") from None
+        text = read_bounded(path, max_bytes).decode()
+        return text.replace("\r\n", "\n").replace("\r", "\n")  # as text files are read
     except UnicodeDecodeError:
         raise FileFormatError(path, "is not UTF-8 text") from None
 
@@ -51,7 +49,7 @@ def finite_number(path: Path, place: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise FileFormatError(path, f"{place}: {text!r} is not a finite number")
+        raise FileFormatError(path, f"{place}: {shown(text)} is not a finite number")
     return value
 
 

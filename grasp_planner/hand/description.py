@@ -6,6 +6,7 @@ default compliances, the order of the fingers for Remark 1 of [Mavrogiannis2014]
 
 from __future__ import annotations
 
+import contextlib
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
@@ -178,8 +179,9 @@ def find_hand(name_or_path: str | Path) -> Path:
     if text in library:
         return library[text]
     path = Path(name_or_path)
-    if path.is_file():
-        return path
+    with contextlib.suppress(OSError):  # a text too long for a name of a file
+        if path.is_file():
+            return path
     if isinstance(name_or_path, Path) or path.suffix or len(path.parts) > 1:
         raise FileFormatError(path, "no such hand description file or URDF")
     raise NameNotFoundError("hand", text, library)

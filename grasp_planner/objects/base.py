@@ -162,6 +162,10 @@ class GraspObject(Value, ABC):
         return readonly(mesh.moment_inertia * (self.mass / mesh.volume))
 
 
+SIZES, MASSES = (1e-6, 100.0), (1e-9, 1e6)
+"""Least and largest size [m] and mass [kg] of an object."""
+
+
 def check_sizes(shape: GraspObject, edge_limit: float = np.inf) -> None:
     """Check every size and the mass of a shape to be positive and the edge radius to fit; make them floats."""
     for field in fields(shape):
@@ -173,7 +177,10 @@ def check_sizes(shape: GraspObject, edge_limit: float = np.inf) -> None:
                 raise InvalidValueError(name, value, f"between 1e-06 and {edge_limit:g} m")
         else:
             unit = "kg" if field.name == "mass" else "m"
-            number = positive(name, value, zero_allowed=field.name == "caps", unit=unit)
+            low, high = MASSES if field.name == "mass" else SIZES
+            number = positive(name, value, zero_allowed=field.name == "caps", unit=unit, at_most=high)
+            if number < low and field.name != "caps":
+                raise InvalidValueError(name, value, f"at least {low:g} {unit}")
         object.__setattr__(shape, field.name, number)
 
 

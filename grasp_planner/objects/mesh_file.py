@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..exceptions import FileFormatError
+from ..files.reading import read_bounded
 from ..files.text import refuse_entities
 from ..spatial import Array, Indices
 
@@ -26,6 +27,8 @@ MAX_FACES = 2_000_000
 """Most triangles of a mesh."""
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb", ".dae")
 """Formats that are read, by file suffix."""
+MAX_COORDINATE = 1e12
+"""Largest coordinate, in the unit of the file."""
 PROBED_FACES = 20_000
 """Most triangles at which inside and outside are compared."""
 
@@ -101,14 +104,7 @@ def _read(path: Path) -> trimesh.Trimesh:
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise FileFormatError(path, f"suffix {suffix!r} is none of {', '.join(MESH_SUFFIXES)}")
-    try:
-        if not path.is_file():
-            raise FileFormatError(path, "no such file")
-        if (size := path.stat().st_size) > MAX_MESH_BYTES:
-            raise FileFormatError(path, f"{size} bytes, more than the {MAX_MESH_BYTES} allowed")
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise FileFormatError(path, getattr(error, "strerror", None) or "can't be read") from None
+    data = read_bounded(path, MAX_MESH_BYTES)
     if not data:
         raise FileFormatError(path, "is empty")
     if suffix == ".dae":
@@ -138,8 +134,12 @@ def _cleaned(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     import trimesh
 
     vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise FileFormatError(path, f"a triangle names a vertex that is none of its {len(vertices)}")
     if not np.isfinite(vertices[faces]).all():
         raise FileFormatError(path, "has vertices that are not finite numbers")
+    if np.abs(vertices[faces]).max() > MAX_COORDINATE:
+        raise FileFormatError(path, f"has coordinates larger than {MAX_COORDINATE:g}")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         bare = trimesh.Trimesh(vertices=vertices, faces=faces, process=False)

@@ -13,7 +13,7 @@ from ..checks import positive
 from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
 from ..values import exact_text
-from .base import GraspObject, SurfaceSample
+from .base import MASSES, GraspObject, SurfaceSample
 from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class MeshObject(GraspObject):
     def __post_init__(self) -> None:
         if not isinstance(self.loaded, MeshSolid):
             raise InvalidValueError("object mesh.loaded", self.loaded, "a loaded solid; MeshObject.load reads a file")
-        object.__setattr__(self, "mass", positive("object mesh.mass", self.mass, unit="kg"))
+        object.__setattr__(self, "mass", positive("object mesh.mass", self.mass, unit="kg", at_most=MASSES[1]))
         object.__setattr__(self, "size", positive("object mesh.size", self.size))
 
     @classmethod

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..checks import positive
-from ..exceptions import InvalidValueError
+from ..exceptions import FileFormatError, InvalidValueError
 from ..spatial import Array, Indices, readonly
 from ..values import Value
+from .base import SIZES
 from .distance_grid import DistanceGrid
 from .grid_cache import cached_distance_grid
 from .mesh_file import MeshWarning, read_solid
@@ -124,6 +125,8 @@ def load_mesh_solid(
     solid = read_solid(_checked_path(text), repair=bool(repair))
     mesh = solid.mesh
     mesh.apply_scale(scale)
+    if not SIZES[0] <= (extent := float(mesh.extents.max())) <= SIZES[1]:
+        raise FileFormatError(text, f"is {extent:.3g} m long with this scale, allowed: {SIZES[0]:g} to {SIZES[1]:g} m")
     centre = readonly(mesh.center_mass)
     mesh.apply_translation(-centre)
     _warn(text, solid.repairs, float(mesh.extents.max()), scale)

@@ -29,6 +29,9 @@ from .term import Cost, Requirement, Weighted, own_constraints, own_costs
 PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 8, 3
 """Number of synergies if none is given: with links that keep clear and load cases few rarely suffice."""
 
+MAX_TASKS = 64
+"""Most task directions of a problem."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GraspProblem(Value):
@@ -96,6 +99,8 @@ class GraspProblem(Value):
                 object.__setattr__(self, "contacts", None)
         if not self.tasks:
             raise InvalidValueError("tasks", (), "at least one task direction")
+        if len(self.tasks) > MAX_TASKS:
+            raise InvalidValueError("tasks", f"{len(self.tasks)} task directions", f"at most {MAX_TASKS}")
         object.__setattr__(self, "parameters", self.parameters.of_hand(self.hand))
         n_q = self.hand.n_joints
         if self.n_synergies is None:

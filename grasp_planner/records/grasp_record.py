@@ -9,6 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ..exceptions import FileFormatError
+from ..files.reading import read_bounded
 from ..grasp.grasp import Grasp, SearchReport
 from ..hand.hand import Hand
 from ..model.task_direction import parse_task
@@ -163,13 +164,7 @@ def read_grasp_record(path: Path) -> GraspRecord:
     Raises:
         FileFormatError: If it can't be read, is too large, or breaks the contract; the reason names the key.
     """
-    try:
-        if path.stat().st_size > MAX_RECORD_BYTES:
-            raise FileFormatError(path, f"larger than the {MAX_RECORD_BYTES} bytes allowed")
-        content = path.read_bytes()
-    except OSError as error:
-        raise FileFormatError(path, error.strerror or "can't be read") from None
-    return parse_grasp_record(content, path)
+    return parse_grasp_record(read_bounded(path, MAX_RECORD_BYTES), path)
 
 
 def parse_grasp_record(content: bytes, source: Path | str) -> GraspRecord:

@@ -223,14 +223,14 @@ def test_what_is_no_solid_is_refused(tmp_path, monkeypatch):
             mesh_file.read_solid(tmp_path / name)
     with pytest.raises(gp.FileFormatError, match="encloses no volume"):
         mesh_file.read_solid(box(tmp_path, "flat.ply", change=flatten))
-    with pytest.raises(gp.FileFormatError, match="no such file"):
+    with pytest.raises(gp.FileFormatError, match="No such file"):
         mesh_file.read_solid(tmp_path / "folder.stl")
     path = box(tmp_path)
     monkeypatch.setattr(mesh_file, "MAX_FACES", 5)
     with pytest.raises(gp.FileFormatError, match="12 triangles, more than the 5"):
         mesh_file.read_solid(path)
     monkeypatch.setattr(mesh_file, "MAX_MESH_BYTES", 50)
-    with pytest.raises(gp.FileFormatError, match="bytes, more than the 50"):
+    with pytest.raises(gp.FileFormatError, match="larger than the 50 bytes"):
         mesh_file.read_solid(path)
 
 

@@ -142,7 +142,7 @@ def test_defaults_parse(kind):
         ("sphere:0.1", "key=value"),
         ("mesh", "mesh:FILE"),
         ("mesh:scale=2", "mesh:FILE"),
-        ("mesh:no_such.stl", "no such file"),
+        ("mesh:no_such.stl", "No such file"),
         ("mesh:passwd", "suffix"),
         ("mesh:a.stl,repair=2", "0 or 1"),
         ("mesh:a.stl,mass=1,density=2", "one of the two"),

@@ -1,0 +1,117 @@
+"""The last guard of the command line: whatever is raised is one line, with a report; long values are cut."""
+
+import subprocess
+import sys
+
+import click
+import pytest
+from click.testing import CliRunner
+
+import grasp_planner as gp
+from grasp_planner.cli import crash
+from grasp_planner.cli.main import COMMANDS, main
+from grasp_planner.exceptions import InvalidValueError, NameNotFoundError, cut, shown
+
+
+@pytest.fixture
+def raising(monkeypatch, tmp_path):
+    """Return what makes the command ``plan`` raise an error, and where reports go."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+    def run(error, *options):
+        @click.command("plan")
+        def command():
+            raise error
+
+        module = type(sys)("grasp_planner.cli.raising")
+        module.command = command
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+        monkeypatch.setitem(COMMANDS, "plan", (".raising", "command", ""))
+        return CliRunner().invoke(main, [*options, "plan"])
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ValueError("not foreseen " + "x" * 5000),
+        MemoryError(),
+        RecursionError("maximum recursion depth exceeded"),
+        UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte"),
+        OSError(28, "No space left on device"),
+        KeyError("a\nb"),
+    ],
+)
+def test_anything_raised_is_one_line_and_a_report(raising, tmp_path, error):
+    result = raising(error)
+    assert result.exit_code == 70 and result.stderr.count("\n") == 1 and len(result.stderr) <= 330
+    assert result.stderr.startswith("grasp-planner: error: plan failed unexpectedly")
+    (report,) = (tmp_path / "grasp_planner" / "reports").iterdir()
+    assert str(report) in result.stderr
+    text = report.read_text()
+    assert "Traceback" in text and type(error).__name__ in text and gp.__version__ in text
+
+
+def test_debug_shows_the_traceback_and_keeps_the_exit_code(raising):
+    unforeseen = raising(ValueError("oh"), "--debug")
+    assert unforeseen.exit_code == 70 and "Traceback" in unforeseen.stderr
+    foreseen = raising(InvalidValueError("mass", -1, "> 0"), "--debug")
+    assert foreseen.exit_code == 2 and "Traceback" in foreseen.stderr
+    assert raising(InvalidValueError("mass", -1, "> 0")).stderr == "grasp-planner: error: mass: got -1, allowed: > 0\n"
+
+
+def test_where_no_report_can_be_written_the_line_still_comes(raising, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    result = raising(ValueError("oh"))
+    assert result.exit_code == 70 and "--debug" in result.stderr and result.stderr.count("\n") == 1
+
+
+def test_reports_do_not_pile_up(raising, tmp_path, monkeypatch):
+    place = crash.reports_folder()
+    place.mkdir(parents=True)
+    for number in range(30):
+        (place / f"20000101-0000{number:02d}-1.txt").touch()
+    raising(ValueError("oh"))
+    assert len(list(place.iterdir())) == crash.KEPT_REPORTS and max(place.iterdir()).stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["a" * 5000, [[[[["x" * 90] * 9] * 9] * 9] * 9] * 9, {k: "y" * 50 for k in range(999)}, 10**5000, b"z" * 999],
+    ids=["text", "nested", "mapping", "number", "bytes"],
+)
+def test_values_are_cut(value):
+    assert len(shown(value)) <= 80
+    assert len(str(InvalidValueError("f" * 999, value, "less"))) <= 200
+
+
+def test_short_values_are_shown_as_they_are():
+    for value in ("a'b", -1, 1.5, [1, 2], {"a": None}, (True,), None):
+        assert shown(value) == repr(value)
+    assert cut("a\n b", 10) == "a b" and cut("abcdef", 4) == "abc…" and cut("abcd", 4) == "abcd"
+    assert "did you mean 'force'" in str(NameNotFoundError("kind", "forc", ["force"]))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["plan", "--hand", "h" * 5000],
+        ["plan", "--object", "o" * 5000],
+        ["plan", "--task", "t" * 5000],
+        ["plan", "--" + "n" * 5000],
+        ["c" * 5000],
+        ["plan", "--friction", "9" * 5000],
+        ["plan", "--seed", "-1"],
+        ["analyse", "/dev/zero"],
+        ["export-rows", ".", "--out", "x", "--rows", "0-99999999999"],
+        ["batch", "/dev/zero", "--dry-run"],
+    ],
+    ids=lambda arguments: " ".join(arguments)[:30],
+)
+def test_long_and_endless_arguments_are_short_errors(arguments, tmp_path):
+    command = [sys.executable, "-m", "grasp_planner", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=60, check=False)
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert max(map(len, done.stderr.splitlines())) <= 330, done.stderr
