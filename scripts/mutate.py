@@ -59,9 +59,7 @@ MUTATIONS = (
     ),
     Mutation("judge/clearance_check.py", "-float(normal @ axis)", "float(normal @ axis)"),
     Mutation("judge/clearance_check.py", "pair.kind == kind and not pair.exempt", "pair.kind == kind"),
-    Mutation(
-        "judge/load_check.py", "problem.parameters.friction / loads.friction_safety", "problem.parameters.friction"
-    ),
+    Mutation("judge/load_check.py", "problem.friction / loads.friction_safety", "problem.friction"),
     Mutation("judge/load_check.py", "np.maximum(high, -low) - problem.torque_limits", "high - problem.torque_limits"),
     Mutation("judge/load_check.py", "nominal - swing), np.maximum", "nominal), np.maximum"),
     Mutation("problem/load_cases.py", "max(self.force, self.acceleration * mass)", "self.force"),

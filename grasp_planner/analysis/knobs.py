@@ -40,15 +40,9 @@ class Knob:
 
 def problem_knobs(problem: GraspProblem) -> list[Knob]:
     """Return the parameters that are tried."""
-    parameters, hand = problem.parameters, problem.hand
+    hand = problem.hand
     knobs = [
-        Knob(
-            "friction μ",
-            "",
-            parameters.friction,
-            tuple(np.linspace(parameters.friction, max(FRICTION_LIMIT, 1.5 * parameters.friction), 7)[1:]),
-            lambda value: replace(problem, parameters=replace(parameters, friction=value)),
-        ),
+        *([_friction_knob(problem)] if problem.contact_model.has_friction else []),
         Knob(
             "number of synergies",
             "",
@@ -91,6 +85,20 @@ def problem_knobs(problem: GraspProblem) -> list[Knob]:
             )
         )
     return knobs
+
+
+def _friction_knob(problem: GraspProblem) -> Knob:
+    """Return the knob of the coefficient of friction, or of a factor on those of all contacts."""
+    given = problem.parameters.friction
+    uneven = isinstance(given, tuple)
+    current, typical = (1.0, float(np.mean(given))) if isinstance(given, tuple) else (given, 1.0)
+    steps = np.linspace(current, max(FRICTION_LIMIT / typical, 1.5 * current), 7)[1:]
+
+    def apply(value: float) -> GraspProblem:
+        friction = tuple((value * problem.friction).tolist()) if uneven else value
+        return replace(problem, parameters=replace(problem.parameters, friction=friction))
+
+    return Knob("friction of all contacts" if uneven else "friction μ", "times" * uneven, current, tuple(steps), apply)
 
 
 def _compliance_knob(problem: GraspProblem, sign: float, word: str) -> Knob:

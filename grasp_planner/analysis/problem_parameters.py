@@ -49,14 +49,14 @@ def parameters_of(grasp: Grasp) -> tuple[Parameter, ...]:
         The parameters.
     """
     problem, model = grasp.problem, grasp.problem.parameters
-    shape, mass, friction = problem.grasp_object, problem.grasp_object.mass, model.friction
+    shape, mass = problem.grasp_object, problem.grasp_object.mass
     stiffness, c_q = model.contact_stiffness, problem.joint_compliance
 
     def with_model(**changes: object) -> GraspProblem:
         return replace(problem, parameters=replace(model, **changes))  # type: ignore[arg-type]
 
     found = [
-        Parameter("friction μ", "", friction, friction, lambda p: with_model(friction=friction + p)),
+        *_friction(problem),
         Parameter("mass", "kg", mass, mass, lambda p: replace(problem, grasp_object=replace(shape, mass=mass + p))),  # type: ignore[call-arg]
         Parameter("object size", "", 1.0, 1.0, lambda p: replace(problem, grasp_object=shape.resized(1.0 + p))),
         Parameter(
@@ -82,6 +82,21 @@ def parameters_of(grasp: Grasp) -> tuple[Parameter, ...]:
         found.append(Parameter(f"object r{name}", "rad", 0.0, 0.1, _turned(problem, axis)))
         found.append(Parameter(held[1], "rad", 0.0, 0.1, _turned(problem, axis), turn))
     return tuple(found)
+
+
+def _friction(problem: GraspProblem) -> tuple[Parameter, ...]:
+    """Return the coefficient of friction, or a factor on those of all contacts; nothing where it does not count."""
+    given = problem.parameters.friction
+    if not problem.contact_model.has_friction:
+        return ()
+
+    def apply(change: float) -> GraspProblem:
+        friction = given + change if isinstance(given, float) else tuple(((1.0 + change) * problem.friction).tolist())
+        return replace(problem, parameters=replace(problem.parameters, friction=friction))
+
+    if isinstance(given, float):
+        return (Parameter("friction μ", "", given, given, apply),)
+    return (Parameter("friction of all contacts", "", 1.0, 1.0, apply),)
 
 
 def _turned(problem: GraspProblem, axis: Array) -> Callable[[float], GraspProblem]:

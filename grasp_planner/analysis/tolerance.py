@@ -80,8 +80,8 @@ def least_tolerance(grasp: Grasp, unit: str) -> float:
 def _held(grasp: Grasp) -> Holding:
     """Return the grasp with its answer to displacements, K Gᵀ, in the place of that to wrenches."""
     problem = grasp.problem
-    response = np.full((grasp.forces.size, 6), np.nan)
+    response = np.full((grasp.intensities.size, 6), np.nan)
     if problem.parameters.contact_stiffness > 0.0:
         response = displacement_matrix(problem, grasp.grasp_matrix, grasp.hand_jacobian)
-    nothing = np.zeros((grasp.forces.size, 0))
-    return holding(problem, grasp.contacts, grasp.forces, grasp.hand_jacobian, response, nothing)
+    nothing = np.zeros((grasp.intensities.size, 0))
+    return holding(problem, grasp.contacts, grasp.intensities, grasp.hand_jacobian, response, nothing)

@@ -161,4 +161,5 @@ def _default(case: GraspCase, each: Setting) -> Any:
 
 def _typed(each: Setting, value: Any) -> Any:
     """Return a value in the type of its column; None for a value that is none."""
-    return TYPES[each.kind](value) if isinstance(value, bool | int | float | str) else None
+    plain = each.of_plain(value)
+    return TYPES[each.kind](plain) if isinstance(plain, bool | int | float | str) else None

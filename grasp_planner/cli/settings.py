@@ -47,7 +47,7 @@ def _option(each: Setting) -> Decorator:
     if each.kind == "choice":
         form["type"] = click.Choice(each.choices)
     elif each.kind != "truth":
-        form["type"] = TYPES[each.kind]
+        form["type"] = str if each.each_of else TYPES[each.kind]
     if each.many:
         form |= {"multiple": True, "default": ()}
     return click.option(flag, each.column, **form)

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..exceptions import InvalidValueError
+from ..problem.settings import text_of_numbers
 from ..simulate import PROTOCOLS, Protocol, Simulation, build_scene, find_protocol, simulate_grasp, simulation_json
 from ..simulate.engine import load_mujoco
 from .grasp_file import HAND, opened_grasp
@@ -125,7 +126,8 @@ def print_simulation(console: Console, found: Simulation) -> None:
     rows = [
         (
             "test",
-            f"{found.protocol.name}: {found.mass:g} kg, μ {found.friction:g}, {gravity}, squeeze × {found.squeeze:g}",
+            f"{found.protocol.name}: {found.mass:g} kg, μ {text_of_numbers(found.friction)}, {gravity}, "
+            f"squeeze × {found.squeeze:g}",
         ),
         ("scene", "; ".join(found.notes)),
         *((f"overlap, {gate.posture}", _gate_text(gate.object_overlap, gate.self_overlap)) for gate in found.gates),

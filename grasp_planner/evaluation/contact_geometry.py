@@ -11,15 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..hand.kinematics import ContactKinematics, HandKinematics
+from ..model.contact_model import HardFinger
 from ..objects import SurfaceSample
 from ..problem.problem import GraspProblem
 from ..spatial import Array, skew
+from .contact_basis import HeldBasis
 from .variables import PoseChart, VariableLayout
 
 
 @dataclass(frozen=True)
 class ContactGeometry:
-    """n_c contacts in O with derivatives by the n_g = n_q + 6 variables (q, w); m = 3 n_c.
+    """n_c contacts in O with derivatives by the n_g = n_q + 6 variables (q, w); m = d n_c intensities, 3 n_c forces.
 
     Attributes:
         rotation: Rotation of the palm in O, of shape (3, 3).
@@ -33,6 +35,9 @@ class ContactGeometry:
         d_normals: ∂normals, of shape (n_c, 3, n_g).
         d_gaps: ∂gaps, of shape (n_c, n_g).
         d_jacobian: ∂J, of shape (n_g, m, n_q), variable first.
+        covectors: ν of the intensities, the normals of hard fingers: f_n = ν·λ, of shape (n_c, d).
+        d_covectors: ∂ν, of shape (n_c, d, n_g).
+        held: The holding bases; None for hard fingers, whose intensities are the forces.
         turn: Angular velocity of the palm in O per velocity of its rotation coordinates, of shape (3, 3).
         placements: Poses of all joints in the root frame of the hand, of shape (n_joints + 1, 4, 4).
         twists: Their Jacobian columns (linear, angular) about the root's origin, of shape (6, nv).
@@ -49,6 +54,9 @@ class ContactGeometry:
     d_normals: Array
     d_gaps: Array
     d_jacobian: Array
+    covectors: Array
+    d_covectors: Array
+    held: HeldBasis | None
     turn: Array
     placements: Array
     twists: Array
@@ -58,16 +66,27 @@ class ContactGeometry:
 
         Args:
             covector: g, of shape (6,).
-            forces: f, of shape (m,).
+            forces: f, or the intensities λ, of shape (m,).
 
         Returns:
             Arrays of shapes (m, n_g) and (6, n_g).
         """
+        if self.held is not None:
+            return self.held.products(covector, forces)
         n_c, _, n_g = self.d_points.shape
         d_transpose = (skew(covector[3:]) @ self.d_points).reshape(3 * n_c, n_g)
         d_grasp = np.zeros((6, n_g))
         d_grasp[3:] = -(skew(forces.reshape(n_c, 3)) @ self.d_points).sum(axis=0)
         return d_transpose, d_grasp
+
+    @property
+    def d_grasp_rows(self) -> tuple[Array, slice]:
+        """∂G, variable first, and which of its rows that is: for hard fingers only those of the moments change."""
+        if self.held is not None:
+            return self.held.d_grasp(), slice(0, 6)
+        n_c, _, n_g = self.d_points.shape
+        arms = skew(self.d_points.transpose(2, 0, 1)).transpose(0, 2, 1, 3)
+        return arms.reshape(n_g, 3, 3 * n_c), slice(3, 6)
 
 
 class ContactGeometryEvaluator:
@@ -80,6 +99,7 @@ class ContactGeometryEvaluator:
         self._kinematics = HandKinematics(problem.hand, problem.frames)
         self._radii = problem.radii
         self._round = bool(self._radii.any())
+        self._model = None if isinstance(problem.contact_model, HardFinger) else problem.contact_model
 
     def evaluate(self, x: Array) -> ContactGeometry:
         """Evaluate contacts, Jacobian and derivatives.
@@ -94,7 +114,8 @@ class ContactGeometryEvaluator:
         w = x[layout.pose]
         rotation, translation = self.chart.pose(w)
         turn = self.chart.turn_jacobian(w)
-        kinematics = self._kinematics.compute(x[layout.joints], angular=self._round, derivatives=True)
+        turning = self._round or self._model is not None
+        kinematics = self._kinematics.compute(x[layout.joints], angular=turning, derivatives=True)
         arm = kinematics.position @ rotation.T
         linear = rotation @ kinematics.linear
         points = arm + translation
@@ -116,22 +137,43 @@ class ContactGeometryEvaluator:
             linear = linear + self._round_tips(kinematics, rotation, normals, d_normals, turns, d_jacobian)
             points = points + radii[:, None] * normals
             d_points = d_points + radii[:, None, None] * d_normals
+        jacobian: Array = linear.reshape(3 * n_c, n_q)
+        slope: Array = d_jacobian.reshape(layout.n_geometric, 3 * n_c, n_q)
+        held = None
+        if self._model is not None:
+            held = HeldBasis.at(self._model, points, d_points, normals, d_normals)
+            jacobian, slope = held.jacobian(*self._twists(kinematics, rotation, turns, jacobian, slope))
         return ContactGeometry(
             rotation=rotation,
             translation=translation,
             points=points,
             normals=normals,
             gaps=surface.distance - radii,
-            grasp=_grasp_matrix(points),
-            jacobian=linear.reshape(3 * n_c, n_q),
+            grasp=_grasp_matrix(points) if held is None else held.grasp,
+            jacobian=jacobian,
             d_points=d_points,
             d_normals=d_normals,
             d_gaps=d_gaps,
-            d_jacobian=d_jacobian.reshape(layout.n_geometric, 3 * n_c, n_q),
+            d_jacobian=slope,
+            covectors=normals if held is None else held.covectors,
+            d_covectors=d_normals if held is None else held.d_covectors,
+            held=held,
             turn=turn,
             placements=kinematics.placements,
             twists=kinematics.twists,
         )
+
+    def _twists(
+        self, kinematics: ContactKinematics, rotation: Array, turns: Array, linear: Array, d_linear: Array
+    ) -> tuple[Array, Array]:
+        """Return (v; ω) of the touching points by the joints and, variable first, their derivatives."""
+        layout, angular = self.layout, rotation @ kinematics.angular
+        shape = angular.shape
+        d_angular = np.zeros((layout.n_geometric, *shape))
+        np.matmul(rotation, kinematics.angular_derivative, out=d_angular[: layout.n_joints])
+        np.matmul(turns, angular, out=d_angular[layout.rotation])
+        twists = np.concatenate([linear.reshape(shape), angular], axis=1)
+        return twists, np.concatenate([d_linear.reshape(-1, *shape), d_angular], axis=2)
 
     def _round_tips(
         self,

@@ -16,12 +16,12 @@ class ForceDistribution:
     """
 
     def __init__(self, problem: GraspProblem, geometry: ContactGeometry, delta_sigma: Array) -> None:
-        parameters, jacobian = problem.parameters, geometry.jacobian
+        jacobian = geometry.jacobian
         self.geometry = geometry
         self.joint_compliance = problem.joint_compliance
-        self.contact_stiffness = parameters.contact_stiffness
+        self.contact_stiffness = problem.contact_springs
         softness = (jacobian * self.joint_compliance) @ jacobian.T
-        softness.ravel()[:: len(softness) + 1] += parameters.structural_compliance
+        softness.ravel()[:: len(softness) + 1] += problem.structural_compliances
         self.stiffness = np.linalg.inv(softness)  # K_m
         self.synergy_jacobian = jacobian @ problem.synergies.basis  # J_s
         self.joint_displacement = problem.synergies.basis @ delta_sigma  # S δσ
@@ -37,7 +37,7 @@ class ForceDistribution:
             wrench: w_ext in O [N, N m], of shape (6,); zero gives the internal forces alone.
 
         Returns:
-            f [N], of shape (m,), and ∂f/∂x, of shape (m, n_x).
+            f, or the intensities λ [N], of shape (m,), and ∂f/∂x, of shape (m, n_x).
         """
         grasp, stiffness = self.geometry.grasp, self.stiffness
         multiplier = self.core_inverse @ (grasp @ self.pressed + wrench)  # λ
@@ -49,8 +49,9 @@ class ForceDistribution:
         d_transpose, d_grasp = self.geometry.grasp_products(multiplier, forces)
         n_g = d_motion.shape[1]
         free = np.empty((len(forces), n_g + self.synergy_jacobian.shape[1]))
-        free[:, :n_g] = stiffness @ (d_motion - d_softness - d_transpose) + self.contact_stiffness * d_motion
-        free[:, n_g:] = stiffness @ self.synergy_jacobian + self.contact_stiffness * self.synergy_jacobian
+        springs = self.contact_stiffness[:, None]
+        free[:, :n_g] = stiffness @ (d_motion - d_softness - d_transpose) + springs * d_motion
+        free[:, n_g:] = stiffness @ self.synergy_jacobian + springs * self.synergy_jacobian
         right = grasp @ free
         right[:, :n_g] += d_grasp
         return forces, free - self.spread @ (self.core_inverse @ right)

@@ -8,9 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ..problem.problem import GraspProblem
-from ..spatial import Array, skew
+from ..spatial import Array
 from .contact_geometry import ContactGeometry
 
 CONE_SMOOTHING = 1e-3
@@ -58,7 +59,7 @@ class PassiveResponse:
 
 
 def passive_response(
-    geometry: ContactGeometry, joint_compliance: Array, contact_stiffness: float, *, displaced: bool = False
+    geometry: ContactGeometry, joint_compliance: Array, contact_stiffness: npt.ArrayLike, *, displaced: bool = False
 ) -> PassiveResponse:
     """Return the passive answer of the hand with its derivatives.
 
@@ -68,7 +69,7 @@ def passive_response(
     Args:
         geometry: Contacts with derivatives.
         joint_compliance: C_q [rad/(N m)], of shape (n_q,).
-        contact_stiffness: K_c [N/m].
+        contact_stiffness: K_c [N/m], one number or of shape (m,).
         displaced: Whether to append the answer to displacements of the object.
 
     Returns:
@@ -78,7 +79,7 @@ def passive_response(
     n_g, m, n_q = d_jacobian.shape
     soft = jacobian * joint_compliance
     compliance = soft @ jacobian.T
-    compliance.ravel()[:: m + 1] += 1.0 / contact_stiffness
+    compliance.ravel()[:: m + 1] += 1.0 / np.asarray(contact_stiffness)
     stiffness = np.linalg.inv(compliance)
     spread = stiffness @ grasp.T
     core = np.linalg.inv(grasp @ spread)
@@ -91,11 +92,11 @@ def passive_response(
     # Third axis of what follows: the unit disturbances; second: the variables.
     by_torque = (d_jacobian.reshape(-1, n_q) @ (joint_compliance[:, None] * torques)).reshape(n_g, m, size)
     turned = np.matmul(d_jacobian.transpose(0, 2, 1), matrix)  # dJᵀ R, (n_g, n_q, size)
-    arms = skew(geometry.d_points.transpose(2, 0, 1)).transpose(0, 2, 1, 3).reshape(n_g, 3, m)  # lower half of dG
-    free = np.matmul(arms.transpose(0, 2, 1), core[3:]) - by_torque - np.matmul(soft, turned)
+    d_grasp, moved = geometry.d_grasp_rows  # dG, the rows of it that move
+    free = np.matmul(d_grasp.transpose(0, 2, 1), core[moved]) - by_torque - np.matmul(soft, turned)
     inner = stiffness @ free.transpose(1, 0, 2).reshape(m, -1)  # B
     right = grasp @ inner
-    right[3:] += np.matmul(arms, matrix).transpose(1, 0, 2).reshape(3, -1)
+    right[moved] += np.matmul(d_grasp, matrix).transpose(1, 0, 2).reshape(d_grasp.shape[1], -1)
     if displaced:  # G R stays the identity for wrenches only
         right.reshape(6, n_g, size)[:, :, 6:] = 0.0
     change = (inner - matrix[:, :6] @ right).reshape(m, n_g, size)
@@ -113,7 +114,7 @@ class LoadEvaluator:
         self._cases = loads.cases(mass)
         self._listed = loads.listed()[1:] if loads.spheres(mass) else loads.listed()
         self._spheres = loads.spheres(mass)
-        self._friction = problem.parameters.friction / loads.friction_safety
+        self._friction = problem.friction / loads.friction_safety
         self._max_normal = problem.max_normal_force
         self._limited = np.flatnonzero(np.isfinite(problem.torque_limits))
 
@@ -140,7 +141,7 @@ class LoadEvaluator:
         """Return the passive answer, or zeros where nothing disturbs."""
         problem, loads = self.problem, self.problem.loads
         if loads.disturbed:
-            stiffness = problem.parameters.contact_stiffness
+            stiffness = problem.contact_springs
             return passive_response(geometry, problem.joint_compliance, stiffness, displaced=loads.displaced)
         n_g, m, n_q = geometry.d_jacobian.shape
         return PassiveResponse(np.zeros((m, 6)), np.zeros((m, 6, n_g)), np.zeros((n_q, 6)), np.zeros((n_q, 6, n_g)))
@@ -149,19 +150,19 @@ class LoadEvaluator:
         self, geometry: ContactGeometry, forces: Array, d_forces: Array, response: PassiveResponse
     ) -> tuple[Array, Array]:
         """Return the friction margins of all contacts in all cases and their derivatives."""
-        normals, cases, friction = geometry.normals, self._cases, self._friction
-        n_c, n_k = len(normals), len(cases)
-        n_x, n_g = d_forces.shape[1], geometry.d_normals.shape[2]
-        # Contact first: (n_c, n_k, 3).
-        each = forces.reshape(n_c, 1, 3) - (response.matrix.reshape(n_c, 3, -1) @ cases.T).transpose(0, 2, 1)
+        normals, cases, friction = geometry.covectors, self._cases, self._friction[:, None]
+        (n_c, d), n_k = normals.shape, len(cases)
+        n_x, n_g = d_forces.shape[1], geometry.d_covectors.shape[2]
+        # Contact first: (n_c, n_k, d).
+        each = forces.reshape(n_c, 1, d) - (response.matrix.reshape(n_c, d, -1) @ cases.T).transpose(0, 2, 1)
         normal = (each @ normals[:, :, None])[:, :, 0]
         tangential = each - normal[:, :, None] * normals[:, None, :]
         length = np.sqrt(np.einsum("ikj,ikj->ik", tangential, tangential) + CONE_SMOOTHING**2)
-        by_force = friction * normals[:, None, :] - tangential / length[:, :, None]
+        by_force = friction[:, :, None] * normals[:, None, :] - tangential / length[:, :, None]
         by_normal = (friction + normal / length)[:, :, None] * each
         by_response = -(by_force[:, :, :, None] * cases[None, :, None, :]).reshape(n_c, n_k, -1)
-        derivative = by_force @ d_forces.reshape(n_c, 3, n_x)
-        moving = np.concatenate([geometry.d_normals, response.derivative.reshape(n_c, -1, n_g)], axis=1)
+        derivative = by_force @ d_forces.reshape(n_c, d, n_x)
+        moving = np.concatenate([geometry.d_covectors, response.derivative.reshape(n_c, -1, n_g)], axis=1)
         derivative[:, :, :n_g] += np.concatenate([by_normal, by_response], axis=2) @ moving
         return (friction * normal - length).ravel(), derivative.reshape(n_c * n_k, n_x)
 
@@ -169,15 +170,15 @@ class LoadEvaluator:
         self, geometry: ContactGeometry, forces: Array, d_forces: Array, response: PassiveResponse
     ) -> tuple[Array, Array]:
         """Return how far normal forces stay from their limits in the worst cases, and derivatives."""
-        normals, d_normals = geometry.normals, geometry.d_normals
-        n_c, n_g = len(normals), d_normals.shape[2]
+        normals, d_normals = geometry.covectors, geometry.d_covectors
+        (n_c, d), n_g = normals.shape, d_normals.shape[2]
         row = normals[:, None, :]
-        value = (row @ forces.reshape(n_c, 3, 1))[:, 0, 0]
-        slope = (row @ d_forces.reshape(n_c, 3, -1))[:, 0]
-        slope[:, :n_g] += (forces.reshape(n_c, 1, 3) @ d_normals)[:, 0]
-        matrix = response.matrix.reshape(n_c, 3, -1)
+        value = (row @ forces.reshape(n_c, d, 1))[:, 0, 0]
+        slope = (row @ d_forces.reshape(n_c, d, -1))[:, 0]
+        slope[:, :n_g] += (forces.reshape(n_c, 1, d) @ d_normals)[:, 0]
+        matrix = response.matrix.reshape(n_c, d, -1)
         answer = (row @ matrix)[:, 0]
-        d_answer = (row @ response.derivative.reshape(n_c, 3, -1)).reshape(n_c, -1, n_g)
+        d_answer = (row @ response.derivative.reshape(n_c, d, -1)).reshape(n_c, -1, n_g)
         d_answer += matrix.transpose(0, 2, 1) @ d_normals
         low, high = self._worst(value, slope, answer, d_answer)
         rows, slopes = [low[0] - self.problem.loads.min_normal_force], [low[1]]

@@ -34,16 +34,16 @@ class GraspState:
         x: The variables.
         geometry: Contact points, normals, gaps, G, J.
         delta_sigma: δσ [rad], of shape (n_s,).
-        forces: Contact forces f of the hand on the object [N], of shape (n_c, 3).
+        intensities: Intensities λ of the contacts, for hard fingers their forces [N], of shape (n_c, d).
         normal_forces: f_n [N], of shape (n_c,).
-        friction_margins: μ f_n − √(|f_t|² + ε²) [N], of shape (n_c,).
+        friction_margins: μ f_n − √(|λ − f_n ν|² + ε²), for hard fingers μ f_n − √(|f_t|² + ε²) [N], of shape (n_c,).
         torques: Joint torques that bend the joints in (10), by the chosen torque model [N m], of shape (n_q,).
         reference: q_r = q + C_q τ [rad], the posture the motors ask for, of shape (n_q,).
         compliance: S_⊥ᵀ (q_r − q̄) [rad], of shape (n_q − n_s,).
         force_norm: F [N].
         task_index: C.
         d_gaps: ∂gaps/∂x, of shape (n_c, n_x).
-        d_forces: ∂f/∂x, of shape (3 n_c, n_x).
+        d_intensities: ∂λ/∂x, of shape (d n_c, n_x).
         d_normal_forces: ∂f_n/∂x, of shape (n_c, n_x).
         d_friction_margins: ∂friction_margins/∂x, of shape (n_c, n_x).
         d_reference: ∂q_r/∂x, of shape (n_q, n_x).
@@ -57,7 +57,7 @@ class GraspState:
     x: Array
     geometry: ContactGeometry
     delta_sigma: Array
-    forces: Array
+    intensities: Array
     normal_forces: Array
     friction_margins: Array
     torques: Array
@@ -66,7 +66,7 @@ class GraspState:
     force_norm: float
     task_index: float
     d_gaps: Array
-    d_forces: Array
+    d_intensities: Array
     d_normal_forces: Array
     d_friction_margins: Array
     d_reference: Array
@@ -75,6 +75,26 @@ class GraspState:
     d_task_index: Array
     clearance: ClearanceState | None
     loads: LoadState | None
+
+    @property
+    def forces(self) -> Array:
+        """Contact forces f of the hand on the object [N], of shape (n_c, 3)."""
+        return self._forces[0]
+
+    @property
+    def d_forces(self) -> Array:
+        """∂f/∂x, of shape (3 n_c, n_x)."""
+        return self._forces[1]
+
+    @property
+    def _forces(self) -> tuple[Array, Array]:
+        """The contact forces and their derivatives."""
+        held = self.geometry.held
+        return (
+            (self.intensities, self.d_intensities)
+            if held is None
+            else held.forces(self.intensities, self.d_intensities)
+        )
 
 
 class StateEvaluator:
@@ -134,18 +154,16 @@ class StateEvaluator:
         d_reference = c_q[:, None] * d_torques
         d_reference[:, layout.joints] += np.eye(layout.n_joints)
 
-        by_contact = forces.reshape(-1, 3)
+        by_contact = forces.reshape(geometry.covectors.shape)
         normal, d_normal = _normal_forces(by_contact, d_forces, geometry)
-        margins, d_margins = _friction_margins(
-            by_contact, d_forces, normal, d_normal, geometry, problem.parameters.friction
-        )
+        margins, d_margins = _friction_margins(by_contact, d_forces, normal, d_normal, geometry, problem.friction)
         force_norm = float(np.sqrt(normal @ normal + FORCE_SMOOTHING**2))
         task_index, d_task_index = self._task_index(geometry, distribution.synergy_jacobian)
         return GraspState(
             x=x,
             geometry=geometry,
             delta_sigma=delta_sigma,
-            forces=by_contact,
+            intensities=by_contact,
             normal_forces=normal,
             friction_margins=margins,
             torques=torques,
@@ -154,7 +172,7 @@ class StateEvaluator:
             force_norm=force_norm,
             task_index=task_index,
             d_gaps=self._pad(geometry.d_gaps),
-            d_forces=d_forces,
+            d_intensities=d_forces,
             d_normal_forces=d_normal,
             d_friction_margins=d_margins,
             d_reference=d_reference,
@@ -207,19 +225,19 @@ class StateEvaluator:
 
 
 def _normal_forces(forces: Array, d_forces: Array, geometry: ContactGeometry) -> tuple[Array, Array]:
-    """Return f_n = n·f of each contact and its derivatives by x."""
-    normal = np.einsum("ij,ij->i", forces, geometry.normals)
-    d_normal = (geometry.normals[:, None, :] @ d_forces.reshape(len(forces), 3, -1))[:, 0]
-    d_normal[:, : geometry.d_normals.shape[2]] += (forces[:, None, :] @ geometry.d_normals)[:, 0]
+    """Return f_n = ν·λ of each contact and its derivatives by x."""
+    normal = np.einsum("ij,ij->i", forces, geometry.covectors)
+    d_normal = (geometry.covectors[:, None, :] @ d_forces.reshape(*forces.shape, -1))[:, 0]
+    d_normal[:, : geometry.d_covectors.shape[2]] += (forces[:, None, :] @ geometry.d_covectors)[:, 0]
     return normal, d_normal
 
 
 def _friction_margins(
-    forces: Array, d_forces: Array, normal: Array, d_normal: Array, geometry: ContactGeometry, friction: float
+    forces: Array, d_forces: Array, normal: Array, d_normal: Array, geometry: ContactGeometry, friction: Array
 ) -> tuple[Array, Array]:
     """Return the smooth margins of eq. (30) and their derivatives by x."""
-    tangential = forces - normal[:, None] * geometry.normals
+    tangential = forces - normal[:, None] * geometry.covectors
     length = np.sqrt(np.einsum("ij,ij->i", tangential, tangential) + FRICTION_SMOOTHING**2)
     # |f_t|² = |f|² − f_n², hence |f_t| d|f_t| = f·df − f_n df_n.
-    d_squared = (forces[:, None, :] @ d_forces.reshape(len(forces), 3, -1))[:, 0] - normal[:, None] * d_normal
-    return friction * normal - length, friction * d_normal - d_squared / length[:, None]
+    d_squared = (forces[:, None, :] @ d_forces.reshape(*forces.shape, -1))[:, 0] - normal[:, None] * d_normal
+    return friction * normal - length, friction[:, None] * d_normal - d_squared / length[:, None]

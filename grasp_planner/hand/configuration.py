@@ -92,14 +92,26 @@ class HandConfiguration(Value):
         Returns:
             J [m/rad], of shape (3 n_c, n_q).
         """
+        return self.contact_twists(frames, points)[:, :3].reshape(3 * len(frames), -1)
+
+    def contact_twists(self, frames: Sequence[ContactFrame], points: Array) -> Array:
+        """Return how such points and their links move: velocities, then angular velocities, by the joints.
+
+        Args:
+            frames: Contact frames, n_c of them.
+            points: The points, of shape (n_c, 3) [m].
+
+        Returns:
+            Twists [m/rad; 1], of shape (n_c, 6, n_q).
+        """
         turn = self._root.rotation
-        rows = []
+        found = []
         for frame, point in zip(frames, points, strict=True):
             jacobian = pin.getFrameJacobian(self.hand.model, self._data, frame.frame_id, pin.LOCAL_WORLD_ALIGNED)
             origin = self._root.act(self._data.oMf[frame.frame_id].translation)
             linear, angular = turn @ jacobian[:3], turn @ jacobian[3:]
-            rows.append((linear - skew(point - origin) @ angular) @ self.hand.coupling)
-        return np.vstack(rows)
+            found.append(np.vstack([linear - skew(point - origin) @ angular, angular]) @ self.hand.coupling)
+        return np.array(found)
 
     def last_link_vectors(self, frames: Sequence[ContactFrame]) -> Array:
         """Return the vectors from the joints that carry contact frames to their points [m], of shape (n_c, 3)."""

@@ -17,13 +17,13 @@ def response_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Arr
 
     Args:
         problem: The problem.
-        grasp: G, of shape (6, 3 n_c).
-        jacobian: J [m/rad], of shape (3 n_c, n_q).
+        grasp: G, of shape (6, d n_c).
+        jacobian: J [m/rad], of shape (d n_c, n_q).
 
     Returns:
-        R, of shape (3 n_c, 6): a disturbance Δw changes the contact forces by −R Δw.
+        R, of shape (d n_c, 6): a disturbance Δw changes the contact forces by −R Δw.
     """
-    stiffness = series_stiffness(jacobian, problem.joint_compliance, problem.parameters.contact_stiffness)
+    stiffness = series_stiffness(jacobian, problem.joint_compliance, problem.contact_springs)
     return weighted_right_inverse(grasp, stiffness)
 
 
@@ -47,24 +47,24 @@ def displacement_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) ->
 
     Args:
         problem: The problem.
-        grasp: G, of shape (6, 3 n_c).
-        jacobian: J [m/rad], of shape (3 n_c, n_q).
+        grasp: G, of shape (6, d n_c).
+        jacobian: J [m/rad], of shape (d n_c, n_q).
 
     Returns:
-        K Gᵀ, of shape (3 n_c, 6): a twist ν of the object, palm and references held, changes f by −K Gᵀ ν.
+        K Gᵀ, of shape (d n_c, 6): a twist ν of the object, palm and references held, changes f by −K Gᵀ ν.
     """
-    return series_stiffness(jacobian, problem.joint_compliance, problem.parameters.contact_stiffness) @ grasp.T
+    return series_stiffness(jacobian, problem.joint_compliance, problem.contact_springs) @ grasp.T
 
 
 def case_forces(forces: Array, response: Array, cases: Array) -> Array:
-    """Return the contact forces f − R Δw_k of load cases [N], of shape (n_k, n_c, 3).
+    """Return the contact forces f − R Δw_k of load cases [N], of shape (n_k, n_c, d).
 
     Args:
-        forces: Nominal f [N], of shape (n_c, 3).
-        response: R, of shape (3 n_c, 6), or with K Gᵀ behind it (3 n_c, 12).
+        forces: Nominal f, for contacts that are no hard fingers their intensities [N], of shape (n_c, d).
+        response: R, of shape (d n_c, 6), or with K Gᵀ behind it (d n_c, 12).
         cases: Δw_k in O [N, N m], of shape (n_k, 6), or with ν_k behind it (n_k, 12).
     """
-    return forces - (cases @ response.T).reshape(len(cases), -1, 3)
+    return forces - (cases @ response.T).reshape(len(cases), *forces.shape)
 
 
 @dataclass(frozen=True)
@@ -89,10 +89,10 @@ def check_loads(problem: GraspProblem, forces: Array, normals: Array, jacobian: 
 
     Args:
         problem: The problem.
-        forces: Nominal f [N], of shape (n_c, 3).
-        normals: Unit normals into the object, of shape (n_c, 3).
-        jacobian: J [m/rad], of shape (3 n_c, n_q).
-        grasp: G, of shape (6, 3 n_c).
+        forces: Nominal f, for contacts that are no hard fingers their intensities [N], of shape (n_c, d).
+        normals: Unit normals into the object, or the covectors of the intensities, of shape (n_c, d).
+        jacobian: J [m/rad], of shape (d n_c, n_q).
+        grasp: G, of shape (6, d n_c).
 
     Returns:
         The worst of all cases, the undisturbed grasp among them.
@@ -103,9 +103,9 @@ def check_loads(problem: GraspProblem, forces: Array, normals: Array, jacobian: 
         response = response_matrix(problem, grasp, jacobian)
     if loads.displaced:
         response = np.hstack([response, displacement_matrix(problem, grasp, jacobian)])
-    friction = problem.parameters.friction / loads.friction_safety
+    friction = problem.friction / loads.friction_safety
     cones = [friction_margins(f, normals, friction).min() for f in case_forces(forces, response, loads.cases(mass))]
-    rows = np.einsum("ij,ijk->ik", normals, response.reshape(len(normals), 3, -1))
+    rows = np.einsum("ij,ijk->ik", normals, response.reshape(*normals.shape, -1))
     low, high = _extremes(problem, normal_forces(forces, normals), rows)
     least, largest = float(low.min()), float(high.max())
     low, high = _extremes(problem, jacobian.T @ forces.ravel(), jacobian.T @ response)

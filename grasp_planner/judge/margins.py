@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..model.contact_model import ContactModel
 from ..model.contacts import Contacts
-from ..model.force_closure import HARD, solve_cone_program
+from ..model.force_closure import solve_cone_program
 from ..model.friction import friction_margins
 from ..model.subspaces import range_basis
 from ..model.task_direction import TaskDirection
@@ -73,25 +74,27 @@ class Holding:
 
     Attributes:
         contacts: The contacts.
+        model: What they transmit, d intensities; for hard fingers the force.
         names: Their names.
         joint_names: Names of the joints.
-        forces: Nominal f [N], of shape (n_c, 3).
-        response: R: a unit of disturbance changes f by −R, of shape (3 n_c, 6).
-        internal: Orthonormal basis of the internal forces that the synergies command, of shape (3 n_c, k).
-        jacobian: J [m/rad], of shape (3 n_c, n_q).
-        friction: μ.
+        forces: Nominal f, or intensities [N], of shape (n_c, d).
+        response: R: a unit of disturbance changes f by −R, of shape (d n_c, 6).
+        internal: Orthonormal basis of the internal forces that the synergies command, of shape (d n_c, k).
+        jacobian: J [m/rad], of shape (d n_c, n_q).
+        friction: μ of every contact, of shape (n_c,).
         max_normal: Largest normal force [N].
         torque_limits: Largest joint torques [N m], of shape (n_q,).
     """
 
     contacts: Contacts
+    model: ContactModel
     names: tuple[str, ...]
     joint_names: tuple[str, ...]
     forces: Array
     response: Array
     internal: Array
     jacobian: Array
-    friction: float
+    friction: Array
     max_normal: float
     torque_limits: Array
 
@@ -118,7 +121,7 @@ def grasp_margins(held: Holding, tasks: Sequence[TaskDirection], passive: Margin
 
 
 def disturbance_response(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
-    """Return R = G_K^R, of shape (3 n_c, 6), not a number without contact stiffness."""
+    """Return R = G_K^R, of shape (d n_c, 6), not a number without contact stiffness."""
     if problem.parameters.contact_stiffness > 0.0:
         return response_matrix(problem, grasp, jacobian)
     return np.full((len(jacobian), 6), np.nan)
@@ -139,23 +142,24 @@ def holding(
     Args:
         problem: The problem.
         contacts: The contacts.
-        forces: Nominal f [N], of shape (n_c, 3).
-        jacobian: J [m/rad], of shape (3 n_c, n_q).
-        response: R, of shape (3 n_c, 6).
-        internal: Orthonormal basis of the internal forces that the synergies command, of shape (3 n_c, k).
+        forces: Nominal f, or intensities [N], of shape (n_c, d).
+        jacobian: J [m/rad], of shape (d n_c, n_q).
+        response: R, of shape (d n_c, 6).
+        internal: Orthonormal basis of the internal forces that the synergies command, of shape (d n_c, k).
 
     Returns:
         What they need.
     """
     return Holding(
         contacts=contacts,
+        model=problem.contact_model,
         names=tuple(frame.name for frame in problem.frames),
         joint_names=problem.hand.joint_names,
         forces=forces,
         response=response,
         internal=internal,
         jacobian=jacobian,
-        friction=problem.parameters.friction,
+        friction=problem.friction,
         max_normal=problem.loads.max_normal_force or problem.hand.max_normal_force,
         torque_limits=problem.hand.torque_limits,
     )
@@ -218,8 +222,8 @@ def passive_scales(held: Holding, wrenches: Array) -> Array:
     Returns:
         Scales ≥ 0, infinite where a limit is never met, of shape (n_d, 2 n_c + n_q).
     """
-    normals, forces = held.contacts.normals, held.forces
-    change = (wrenches @ held.response.T).reshape(len(wrenches), -1, 3)
+    normals, forces = held.model.covectors(held.contacts.normals), held.forces
+    change = (wrenches @ held.response.T).reshape(len(wrenches), *forces.shape)
     normal, d_normal = np.einsum("ij,ij->i", forces, normals), np.einsum("kij,ij->ki", change, normals)
     tangential = forces - normal[:, None] * normals
     d_tangential = change - d_normal[:, :, None] * normals
@@ -265,10 +269,9 @@ def _active(held: Holding, wrench: Array) -> Margin:
     """
     if np.isnan(held.response).any():
         return Margin(math.nan, readonly(wrench))
-    normals, nominal = held.contacts.normals, held.forces.ravel()
-    n_c = len(normals)
+    nominal = held.forces.ravel()
     moves = np.column_stack([held.internal, -held.response @ wrench])
-    in_forces = HARD.cone_rows(normals, held.friction, 3 * n_c)
+    in_forces = held.model.cone_rows(held.contacts.normals, held.friction, nominal.size)
     cones, offsets = [rows @ moves for rows in in_forces], [rows @ nominal for rows in in_forces]
 
     def at_most(row: Array, limit: float) -> None:
@@ -276,9 +279,10 @@ def _active(held: Holding, wrench: Array) -> Margin:
             cones.append(-(row @ moves)[None])
             offsets.append(np.array([limit - row @ nominal]))
 
-    for i, normal in enumerate(normals):
-        row = np.zeros(3 * n_c)
-        row[3 * i : 3 * i + 3] = normal
+    d = held.model.dimension
+    for i, covector in enumerate(held.model.covectors(held.contacts.normals)):
+        row = np.zeros(nominal.size)
+        row[d * i : d * i + d] = covector
         at_most(row, held.max_normal)
     for column, limit in zip(held.jacobian.T, held.torque_limits, strict=True):
         at_most(column, float(limit))

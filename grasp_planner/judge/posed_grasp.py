@@ -10,7 +10,7 @@ import numpy as np
 from ..checks import finite_array
 from ..hand.configuration import HandConfiguration
 from ..model.compliance import contact_forces, hand_stiffness, internal_forces, joint_torques
-from ..model.contacts import Contacts, find_contacts, grasp_matrix
+from ..model.contacts import Contacts, find_contacts
 from ..model.force_closure import force_closure_margin, force_norm_floor
 from ..model.friction import force_norm, friction_margins, normal_forces
 from ..model.task import alignment_deg, object_synergy_map, task_index, transmission_ratio
@@ -73,23 +73,24 @@ class PosedGrasp(Value):
 
     @cached_property
     def grasp_matrix(self) -> Array:
-        """G, of shape (6, 3 n_c)."""
-        return grasp_matrix(self.contacts.points)
+        """G: intensities of the contacts, for hard fingers their forces, to the wrench; of shape (6, d n_c)."""
+        return self.problem.contact_model.grasp_matrix(self.contacts.points, self.contacts.normals)
 
     @cached_property
     def hand_jacobian(self) -> Array:
-        """J [m/rad], of shape (3 n_c, n_q)."""
-        return self.configuration.contact_jacobian(self.problem.frames, self.contacts.points)
+        """J [m/rad], of shape (d n_c, n_q)."""
+        twists = self.configuration.contact_twists(self.problem.frames, self.contacts.points)
+        return self.problem.contact_model.hand_jacobian(twists, self.contacts.normals)
 
     @cached_property
     def stiffness(self) -> Array:
-        """K_m [N/m], of shape (3 n_c, 3 n_c)."""
-        parameters = self.problem.parameters
-        return hand_stiffness(self.hand_jacobian, parameters.structural_compliance, self.problem.joint_compliance)
+        """K_m [N/m], of shape (d n_c, d n_c)."""
+        problem = self.problem
+        return hand_stiffness(self.hand_jacobian, problem.structural_compliances, problem.joint_compliance)
 
     @cached_property
-    def forces(self) -> Array:
-        """Contact forces of the hand on the object [N], of shape (n_c, 3); eq. (17)."""
+    def intensities(self) -> Array:
+        """Intensities λ of the contacts, for hard fingers their forces [N], of shape (n_c, d); eq. (17)."""
         problem = self.problem
         return contact_forces(
             self.grasp_matrix,
@@ -98,23 +99,38 @@ class PosedGrasp(Value):
             self.delta_sigma,
             problem.external_wrench,
             self.stiffness,
-            problem.parameters.contact_stiffness,
-        ).reshape(-1, 3)
+            problem.contact_springs,
+        ).reshape(len(problem.frames), -1)
+
+    @cached_property
+    def forces(self) -> Array:
+        """Contact forces of the hand on the object [N], of shape (n_c, 3)."""
+        return self.problem.contact_model.forces(self.intensities, self.contacts.normals)
+
+    @cached_property
+    def moments(self) -> Array:
+        """Contact moments of the hand on the object about the contact points [N m], of shape (n_c, 3)."""
+        return self.problem.contact_model.moments(self.intensities, self.contacts.normals)
+
+    @cached_property
+    def covectors(self) -> Array:
+        """ν of the contacts, for hard fingers their normals: f_n = ν·λ, of shape (n_c, d)."""
+        return self.problem.contact_model.covectors(self.contacts.normals)
 
     @cached_property
     def normal_forces(self) -> Array:
         """f_n [N], of shape (n_c,)."""
-        return normal_forces(self.forces, self.contacts.normals)
+        return normal_forces(self.intensities, self.covectors)
 
     @cached_property
     def friction_margins(self) -> Array:
-        """μ f_n − |f_t| [N], of shape (n_c,)."""
-        return friction_margins(self.forces, self.contacts.normals, self.problem.parameters.friction)
+        """μ f_n − |λ − f_n ν|, for hard fingers μ f_n − |f_t| [N], of shape (n_c,)."""
+        return friction_margins(self.intensities, self.covectors, self.problem.friction)
 
     @cached_property
     def joint_torques(self) -> Array:
-        """τ = Jᵀ f [N m], of shape (n_q,); eq. (1)."""
-        return joint_torques(self.hand_jacobian, self.forces.ravel())
+        """τ = Jᵀ λ [N m], of shape (n_q,); eq. (1)."""
+        return joint_torques(self.hand_jacobian, self.intensities.ravel())
 
     @cached_property
     def bending_torques(self) -> Array:
@@ -127,7 +143,7 @@ class PosedGrasp(Value):
             self.hand_jacobian,
             problem.synergies.basis,
             self.stiffness,
-            problem.parameters.contact_stiffness,
+            problem.contact_springs,
         )
         return joint_torques(self.hand_jacobian, internal @ self.delta_sigma)
 
@@ -145,19 +161,20 @@ class PosedGrasp(Value):
     @cached_property
     def force_norm(self) -> float:
         """F [N]; eq. (18)."""
-        return force_norm(self.forces, self.contacts.normals)
+        return force_norm(self.intensities, self.covectors)
 
     @cached_property
     def force_norm_floor(self) -> float:
         """Least F of any forces in the cones at these contacts [N]."""
         contacts, problem = self.contacts, self.problem
-        return force_norm_floor(contacts.points, contacts.normals, problem.parameters.friction, problem.external_wrench)
+        model, wrench = problem.contact_model, problem.external_wrench
+        return force_norm_floor(contacts.points, contacts.normals, problem.friction, wrench, model)
 
     @cached_property
     def force_closure_margin(self) -> float:
         """How far inside the cones internal forces can be; positive means force closure."""
-        contacts = self.contacts
-        return force_closure_margin(contacts.points, contacts.normals, self.problem.parameters.friction)
+        contacts, problem = self.contacts, self.problem
+        return force_closure_margin(contacts.points, contacts.normals, problem.friction, problem.contact_model)
 
     @property
     def force_closed(self) -> bool:
@@ -190,7 +207,7 @@ class PosedGrasp(Value):
         problem, grasp, jacobian = self.problem, self.grasp_matrix, self.hand_jacobian
         internal = commanded_basis(problem, grasp, jacobian)
         response = disturbance_response(problem, grasp, jacobian)
-        return holding(problem, self.contacts, self.forces, jacobian, response, internal)
+        return holding(problem, self.contacts, self.intensities, jacobian, response, internal)
 
     @cached_property
     def passive_margin(self) -> Margin:
@@ -209,7 +226,7 @@ class PosedGrasp(Value):
     @cached_property
     def stability(self) -> Stability:
         """Stiffness with which the object is held, preload included, and the motion resisted least."""
-        return grasp_stability(self.problem, self.joint_angles, self.palm_pose, self.contacts, self.forces)
+        return grasp_stability(self.problem, self.joint_angles, self.palm_pose, self.contacts, self.intensities)
 
     @cached_property
     def clearances(self) -> tuple[Clearance, ...]:
@@ -223,4 +240,4 @@ class PosedGrasp(Value):
     @cached_property
     def load_check(self) -> LoadCheck:
         """What the load cases of the problem make of forces and torques."""
-        return check_loads(self.problem, self.forces, self.contacts.normals, self.hand_jacobian, self.grasp_matrix)
+        return check_loads(self.problem, self.intensities, self.covectors, self.hand_jacobian, self.grasp_matrix)

@@ -5,6 +5,8 @@ slip. Assumptions, contact by contact, written in the object's frame:
 
 * The contact is an isotropic spring K_c between the point of the finger and the point of the object that touch:
   δf = K_c δx for their relative displacement δx = J δq − Gᵀ ν.
+* A soft finger also turns about its normal, against a² K_c, and its moment m n turns with the normal. A frictionless
+  fingertip slides: f = f_n n acts through its centre p, δf = K_c n nᵀ δp − f_n H δp.
 * A fingertip of radius r rolls without slip on the object: with the relative rotation ω_r of the finger its contact
   moves by δc = (I − r H) r n × ω_r along both surfaces, the normal by δn = −H r n × ω_r (H the curvature of the
   object's distance at the tip's centre), and the force turns with the normal: δf += (n × δn) × f. A point fingertip
@@ -25,7 +27,8 @@ import numpy as np
 
 from ..hand.kinematics import ContactKinematics, HandKinematics
 from ..model.compliance import series_stiffness
-from ..model.contacts import Contacts, grasp_matrix
+from ..model.contact_model import SoftFinger
+from ..model.contacts import Contacts
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose, readonly, skew
 from ..values import Value
@@ -71,7 +74,7 @@ class Stability(Value):
 
 
 def grasp_stability(
-    problem: GraspProblem, q: Array, palm_in_object: Pose, contacts: Contacts, forces: Array
+    problem: GraspProblem, q: Array, palm_in_object: Pose, contacts: Contacts, intensities: Array
 ) -> Stability:
     """Return the stiffness of a grasp with its preload.
 
@@ -80,25 +83,28 @@ def grasp_stability(
         q: Joint angles [rad], of shape (n_q,).
         palm_in_object: Pose of the palm frame in O.
         contacts: The contacts.
-        forces: f [N], of shape (n_c, 3).
+        intensities: λ, for hard fingers f [N], of shape (n_c, d).
 
     Returns:
         The stability; without contact stiffness nothing is stiff.
     """
-    motion = _Motion.at(problem, q, palm_in_object, contacts, forces)
+    model = problem.contact_model
+    forces, moments = model.forces(intensities, contacts.normals), model.moments(intensities, contacts.normals)
+    motion = _Motion.at(problem, q, palm_in_object, contacts, forces, moments)
     c_q = problem.joint_compliance
-    d_torque_q, d_torque_nu = motion.torques(forces)
+    d_torque_q, d_torque_nu = motion.torques(forces, moments)
     bent = -np.linalg.solve(np.eye(len(c_q)) + c_q[:, None] * d_torque_q, c_q[:, None] * d_torque_nu)
-    by_q, by_nu = motion.wrench(forces)
+    by_q, by_nu = motion.wrench(forces, moments)
     stiffness = -(by_nu + by_q @ bent)
 
     length = problem.grasp_object.length_scale
     scale = np.repeat([1.0, 1.0 / length], 3)
     values, vectors = _symmetric(scale[:, None] * stiffness * scale)
-    grasp = grasp_matrix(contacts.points)
+    grasp = model.grasp_matrix(contacts.points, contacts.normals)
     passive = np.zeros((6, 6))
     if problem.parameters.contact_stiffness > 0.0:
-        series = series_stiffness(motion.jacobian, c_q, problem.parameters.contact_stiffness)
+        twists = np.concatenate([motion.touching, motion.angular], axis=1)
+        series = series_stiffness(model.hand_jacobian(twists, contacts.normals), c_q, problem.contact_springs)
         passive = grasp @ series @ grasp.T
     root = np.sqrt(c_q)
     return Stability(
@@ -122,26 +128,41 @@ class _Motion:
     """How contacts move in O with (δq, ν): pairs of maps, by δq of shape (n_c, 3, n_q), by ν of shape (n_c, 3, 6)."""
 
     jacobian: Array
+    touching: Array
     angular: Array
     preload: Array
     points: Array
     displaced: tuple[Array, Array]
     rolled: tuple[Array, Array]
     force: tuple[Array, Array]
+    moment: tuple[Array, Array]
 
     @classmethod
-    def at(cls, problem: GraspProblem, q: Array, palm_in_object: Pose, contacts: Contacts, forces: Array) -> _Motion:
-        """Return the motion of the contacts of a grasp."""
+    def at(
+        cls,
+        problem: GraspProblem,
+        q: Array,
+        palm_in_object: Pose,
+        contacts: Contacts,
+        forces: Array,
+        moments: Array,
+    ) -> _Motion:
+        """Return the motion of the contacts of a grasp, those of frictionless ones at the centres of the tips."""
         rotation = np.array(palm_in_object.rotation)
         found = HandKinematics(problem.hand, problem.frames).compute(q, angular=True, derivatives=True)
-        radii, normals, points = problem.radii[:, None, None], contacts.normals, contacts.points
-        angular, arms = rotation @ found.angular, skew(problem.radii[:, None] * normals)
-        material = rotation @ found.linear - arms @ angular  # J
-        surface = problem.grasp_object.sample(points - problem.radii[:, None] * normals)
+        normals, model = contacts.normals, problem.contact_model
+        angular, arm = rotation @ found.angular, problem.radii[:, None] * normals
+        touching = rotation @ found.linear - skew(arm) @ angular
+        surface = problem.grasp_object.sample(contacts.points - arm)
+        radii, points = problem.radii[:, None, None], contacts.points
+        if not model.has_friction:
+            radii, points, arm = np.zeros_like(radii), points - arm, np.zeros_like(arm)
+        material = rotation @ found.linear - skew(arm) @ angular  # J
         bend = surface.hessian / np.linalg.norm(surface.gradient, axis=1)[:, None, None]
         bend = bend - normals[:, :, None] * (normals[:, None, :] @ bend)  # H
         rolling = radii * skew(normals)  # of the tip's centre, per relative rotation
-        turning = -skew(forces) @ skew(normals) @ (-bend @ rolling)  # of the force with the normal
+        with_normal = skew(normals) @ (-bend @ rolling)  # n × δn
+        turning, spinning = -skew(forces) @ with_normal, -skew(moments) @ with_normal  # of force and moment with it
         upon = rolling - radii * (bend @ rolling)
         n_c = len(points)
         still = np.zeros((n_c, 3, 6))
@@ -149,42 +170,58 @@ class _Motion:
         by_nu[:, :, :3], by_nu[:, :, 3:] = -np.eye(3), skew(points)
         turn_nu = still.copy()
         turn_nu[:, :, 3:] = -np.eye(3)
-        stiff = problem.parameters.contact_stiffness
+        k_c = problem.parameters.contact_stiffness
+        stiff: float | Array = k_c
+        outer = normals[:, :, None] * normals[:, None, :]
+        if not model.has_friction:
+            stiff = k_c * outer - np.einsum("ij,ij->i", forces, normals)[:, None, None] * bend
+        if isinstance(model, SoftFinger):
+            spinning = spinning + model.patch_radius**2 * k_c * outer
         # ∂(Jᵀ f)/∂q with the touching points fixed on their links.
-        second = _material_derivative(found, rotation, problem.radii[:, None] * normals)
+        second = _material_derivative(found, rotation, arm)
         preload = np.einsum("ij,kijl->lk", forces, second)
+        preload += np.einsum("ij,kijl->lk", moments, rotation @ found.angular_derivative)
         return cls(
             jacobian=material.reshape(3 * n_c, -1),
+            touching=touching,
             angular=angular,
             preload=preload,
             points=points,
             displaced=(material, by_nu),
             rolled=(upon @ angular, upon @ turn_nu),
-            force=(stiff * material + turning @ angular, stiff * by_nu + turning @ turn_nu),
+            force=(_times(stiff, material) + turning @ angular, _times(stiff, by_nu) + turning @ turn_nu),
+            moment=(spinning @ angular, spinning @ turn_nu),
         )
 
-    def wrench(self, forces: Array) -> tuple[Array, Array]:
+    def wrench(self, forces: Array, moments: Array) -> tuple[Array, Array]:
         """Return ∂(F, M) by q and by ν: in space, about the moving centre; of shapes (6, n_q) and (6, 6)."""
         parts = []
-        for d_force, displaced, rolled in zip(self.force, self.displaced, self.rolled, strict=True):
-            moment = skew(self.points) @ d_force - skew(forces) @ (displaced + rolled)
+        maps = zip(self.force, self.moment, self.displaced, self.rolled, strict=True)
+        for d_force, d_moment, displaced, rolled in maps:
+            moment = skew(self.points) @ d_force - skew(forces) @ (displaced + rolled) + d_moment
             parts.append(np.vstack([d_force.sum(axis=0), moment.sum(axis=0)]))
         by_q, by_nu = parts
         # Seen from space the wrench turns with the object.
         by_nu[:3, 3:] -= skew(forces.sum(axis=0))
-        by_nu[3:, 3:] -= skew(np.cross(self.points, forces).sum(axis=0))
+        by_nu[3:, 3:] -= skew((np.cross(self.points, forces) + moments).sum(axis=0))
         return by_q, by_nu
 
-    def torques(self, forces: Array) -> tuple[Array, Array]:
-        """Return ∂τ by q and by ν, τ = Jᵀ f of the moving forces; of shapes (n_q, n_q) and (n_q, 6)."""
+    def torques(self, forces: Array, moments: Array) -> tuple[Array, Array]:
+        """Return ∂τ by q and by ν, τ = Jᵀ f of the moving forces and moments; of shapes (n_q, n_q) and (n_q, 6)."""
         parts = []
-        for d_force, rolled in zip(self.force, self.rolled, strict=True):
-            lever = np.einsum("ijq,ijk->qk", self.angular, -skew(forces) @ rolled)
+        for d_force, d_moment, rolled in zip(self.force, self.moment, self.rolled, strict=True):
+            lever = np.einsum("ijq,ijk->qk", self.angular, -skew(forces) @ rolled + d_moment)
             parts.append(self.jacobian.T @ d_force.reshape(len(self.jacobian), -1) + lever)
         by_q, by_nu = parts
         turned = -skew(forces).reshape(len(self.jacobian), 3)  # ω × f
         by_nu[:, 3:] += self.jacobian.T @ turned
+        by_nu[:, 3:] += np.einsum("ijq,ijk->qk", self.angular, -skew(moments))  # ω × m
         return by_q + self.preload, by_nu
+
+
+def _times(stiffness: float | Array, motion: Array) -> Array:
+    """Return a stiffness, or one matrix a contact, times a motion."""
+    return stiffness * motion if isinstance(stiffness, float) else stiffness @ motion
 
 
 def _material_derivative(found: ContactKinematics, rotation: Array, arm: Array) -> Array:

@@ -73,8 +73,9 @@ def polish(program: GraspProgram, z: Array, check: Callable[[], None]) -> Array:
 def pressing(program: GraspProgram, z: Array) -> Array:
     """Return the variables with the δσ whose contact forces come closest to pressing with 2 N at every contact."""
     state, layout = program.state(z), program.evaluator.layout
-    by_delta = state.d_forces[:, layout.displacement] * program.scale[layout.displacement]
-    wanted = SQUEEZE * state.geometry.normals.ravel() - (state.forces.ravel() - by_delta @ z[layout.displacement])
+    by_delta = state.d_intensities[:, layout.displacement] * program.scale[layout.displacement]
+    there = state.intensities.ravel() - by_delta @ z[layout.displacement]
+    wanted = SQUEEZE * state.geometry.covectors.ravel() - there
     result = np.array(z)
     gram = by_delta.T @ by_delta + 1e-3 * np.eye(by_delta.shape[1])
     result[layout.displacement] = np.linalg.solve(gram, by_delta.T @ wanted)

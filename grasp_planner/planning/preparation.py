@@ -229,9 +229,9 @@ class _SynergyMotion:
 
 
 def _cone_shares(state: GraspState) -> tuple[Array, Array]:
-    """Return (μ f_n − |f_t|)/|f| of every contact and its derivatives by x."""
-    forces = state.forces
+    """Return (μ f_n − |f_t|)/|f| of every contact, f its intensities, and its derivatives by x."""
+    forces = state.intensities
     size = np.sqrt(np.einsum("ij,ij->i", forces, forces) + FORCE_FLOOR**2)
-    d_size = (forces[:, None, :] @ state.d_forces.reshape(len(forces), 3, -1))[:, 0] / size[:, None]
+    d_size = (forces[:, None, :] @ state.d_intensities.reshape(*forces.shape, -1))[:, 0] / size[:, None]
     shares = state.friction_margins / size
     return shares, (state.d_friction_margins - shares[:, None] * d_size) / size[:, None]

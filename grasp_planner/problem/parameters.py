@@ -8,6 +8,7 @@ from typing import Any, Literal
 from ..checks import finite_array
 from ..exceptions import InvalidValueError
 from ..hand.hand import Hand
+from ..model.contact_model import CONTACT_MODELS, ContactModel, HardFinger, parse_contact_model
 from ..spatial import Array, readonly
 from ..values import Value
 from .settings import check_settings, numbers_of_text, setting, text_of_numbers
@@ -24,7 +25,8 @@ class GraspParameters(Value):
     """Parameters of the model; the defaults are those of [Mavrogiannis2014] section IV (choice A3).
 
     Attributes:
-        friction: Coefficient of friction μ.
+        friction: Coefficient of friction μ, one number or one for each contact in the order of the set.
+        contact_model: What a contact transmits: a hard finger as in the paper, a soft finger or only a normal force.
         structural_compliance: C_s [m/N]; the hand's own if None, as for the next two: a problem puts them in.
         joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q.
         contact_stiffness: K_c [N/m].
@@ -35,7 +37,21 @@ class GraspParameters(Value):
             ``internal`` forces only as in eq. (33) (choice A5).
     """
 
-    friction: float = setting(0.8, "Coefficient of friction μ.", low=0.0, high=10.0, above=True, step=0.05)
+    friction: float | tuple[float, ...] = setting(
+        0.8,
+        "Coefficient of friction μ, one number or one for each contact as number,number,….",
+        low=0.0,
+        high=10.0,
+        above=True,
+        step=0.05,
+        each_of="contact",
+    )
+    contact_model: ContactModel = setting(
+        HardFinger,
+        "What a contact transmits: hard, soft, soft:torsion=0.005 (metres) or frictionless.",
+        read=parse_contact_model,
+        write=lambda model: model.text,
+    )
     structural_compliance: float = setting(
         None,
         "Compliance C_s of the structure.",
@@ -81,6 +97,8 @@ class GraspParameters(Value):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_settings(self)
+        if not isinstance(self.contact_model, ContactModel):
+            raise InvalidValueError("contact_model", self.contact_model, f"one of {', '.join(CONTACT_MODELS)}")
         if self.force_weight == 0.0 and self.task_weight == 0.0:
             raise InvalidValueError("force_weight, task_weight", (0.0, 0.0), "at least one of them > 0")
         object.__setattr__(self, "gravity", finite_array("gravity", self.gravity, (3,)))

@@ -14,6 +14,7 @@ from ..checks import finite_array
 from ..exceptions import InvalidValueError, NameNotFoundError
 from ..hand.contact_frame import ContactFrame
 from ..hand.hand import Hand
+from ..model.contact_model import ContactModel
 from ..model.task_direction import TaskDirection, force_task
 from ..objects import GraspObject
 from ..spatial import Array, readonly
@@ -111,9 +112,12 @@ class GraspProblem(Value):
         object.__setattr__(self, "n_synergies", int(n_s))
         if n_s < 6 and any(task.is_motion for task in self.tasks):
             raise InvalidValueError("n_synergies", n_s, "at least 6 for a twist task (β needs rank H_s = 6)")
-        if len(self.frames) < 3:
+        fewest, kind = self.contact_model.fewest_contacts, self.contact_model.kind
+        if len(self.frames) < fewest:
             raise InvalidValueError(
-                "contact_set, contacts", [frame.name for frame in self.frames], "at least three contact frames"
+                "contact_set, contacts",
+                [frame.name for frame in self.frames],
+                f"at least {fewest} contact frames where contacts are {kind}",
             )
         if self.loads.disturbed and self.parameters.contact_stiffness == 0.0:
             raise InvalidValueError("contact_stiffness", 0.0, "more than 0 N/m where there are disturbances")
@@ -126,12 +130,16 @@ class GraspProblem(Value):
         if not self.grasp_object.size_doubted and (message := size_warning(self.hand, self.frames, self.grasp_object)):
             warnings.warn(message, ObjectSizeWarning, stacklevel=3)
         # Evaluated here so that a wrong name or size is an error now and not in the middle of a search.
-        _ = self.synergies, self.joint_compliance
+        _ = self.synergies, self.joint_compliance, self.friction
 
     def _content(self) -> dict[str, Any]:
         """Return the fields, those that may be left out as they are in use: equal problems ask the same."""
         used: dict[str, Any] = {
-            "parameters": replace(self.parameters, joint_compliance=tuple(self.joint_compliance.tolist())),
+            "parameters": replace(
+                self.parameters,
+                joint_compliance=tuple(self.joint_compliance.tolist()),
+                friction=tuple(self._per_contact(self.parameters.friction).tolist()),
+            ),
             "synergy_set": None,
             "synergy_space": self.synergies,
             "contact_set": self.contact_set or self.hand.contact_set_names[0],
@@ -196,6 +204,36 @@ class GraspProblem(Value):
         """C_q of every joint [rad/(N m)], of shape (n_q,)."""
         given, n_q = self.parameters.joint_compliance, self.hand.n_joints
         return finite_array("joint_compliance", np.full(n_q, given) if np.ndim(given) == 0 else given, (n_q,))
+
+    @property
+    def contact_model(self) -> ContactModel:
+        """What every contact transmits."""
+        return self.parameters.contact_model
+
+    @cached_property
+    def friction(self) -> Array:
+        """Coefficient of friction μ of every contact, one where there is no friction to count, of shape (n_c,)."""
+        mu = self._per_contact(self.parameters.friction)
+        return mu if self.contact_model.has_friction else readonly(np.ones_like(mu))
+
+    @cached_property
+    def contact_springs(self) -> Array:
+        """K_c against the motion of every intensity of every contact [N/m], of shape (d n_c,)."""
+        factors = np.tile(self.contact_model.stiffness_factors, len(self.frames))
+        return readonly(self.parameters.contact_stiffness * factors)
+
+    @cached_property
+    def structural_compliances(self) -> Array:
+        """C_s along the motion of every intensity of every contact [m/N], of shape (d n_c,)."""
+        factors = np.tile(self.contact_model.stiffness_factors, len(self.frames))
+        return readonly(self.parameters.structural_compliance / factors)
+
+    def _per_contact(self, given: float | tuple[float, ...]) -> Array:
+        """Return a coefficient of friction for every contact, of shape (n_c,)."""
+        n_c = len(self.frames)
+        if np.ndim(given) and np.shape(given) != (n_c,):
+            raise InvalidValueError("friction", given, f"one number, or {n_c}, one for each contact")
+        return readonly(np.broadcast_to(np.asarray(given, dtype=float), n_c))
 
     @cached_property
     def max_normal_force(self) -> float:

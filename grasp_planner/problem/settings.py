@@ -36,6 +36,7 @@ class Setting:
         step: Step of its number input; None where its values span decades, so that it is typed.
         option: Option of the command line, where it is not the name with dashes.
         many: Whether it is a tuple of values, given one by one.
+        each_of: Whether a number may be given for each of something, by its name; as text with commas.
         read: Makes the value, of ``many`` one of them, from its text.
         write: Makes the text.
         plain: Type of its JSON form.
@@ -56,6 +57,7 @@ class Setting:
     step: float | None = None
     option: str = ""
     many: bool = False
+    each_of: str = ""
     read: Callable[[str], Any] = str
     write: Callable[[Any], str] = str
     plain: Any = str
@@ -87,6 +89,7 @@ class Setting:
             words = "true or false"
         elif self.kind in ("number", "whole") or math.isfinite(self.high):
             what = {"number": "a finite number", "whole": "a whole number"}.get(self.kind, "finite numbers")
+            what = f"one number, or one for each {self.each_of}, finite and" if self.each_of else what
             low = f" {'>' if self.above else '>='} {self.low:g}" if math.isfinite(self.low) else ""
             high = f"{' and' if low else ''} <= {self.high:g}" if math.isfinite(self.high) else ""
             words = f"{what}{low}{high}{unit}"
@@ -112,16 +115,16 @@ class Setting:
         if self.kind in ("number", "whole") or (self.kind == "text" and math.isfinite(self.high)):
             numbers = self._numbers(value)
             if self.kind == "number":
-                if numbers.ndim:
+                if numbers.ndim > bool(self.each_of) or not numbers.size:
                     raise InvalidValueError(self.key, value, self.allowed)
-                return float(value)
+                return tuple(numbers.tolist()) if numbers.ndim else float(value)
             if self.kind == "whole":
                 return int(value)
         return value
 
     def of_plain(self, value: Any) -> Any:
         """Return the value of its plain form: a text, or a value of JSON or YAML."""
-        if isinstance(value, str) and self.kind == "text":
+        if isinstance(value, str) and (self.kind == "text" or self.each_of):
             return self.of_text(value)
         return _tuples(value)
 
@@ -137,6 +140,8 @@ class Setting:
             return tuple(self.read(part) for part in text.split())
         if self.kind in ("number", "whole"):
             try:
+                if self.each_of and "," in text:
+                    return tuple(float(part) for part in text.split(","))
                 return float(text) if self.kind == "number" else int(text)
             except ValueError:
                 raise InvalidValueError(self.key, text, self.allowed) from None
@@ -150,6 +155,8 @@ class Setting:
             return " ".join(self.write(part) for part in value)
         if self.kind == "truth":
             return "yes" if value else "no"
+        if isinstance(value, tuple) and self.each_of:
+            return text_of_numbers(value)
         return f"{value:g}" if self.kind in ("number", "whole") else self.write(value)
 
     def _numbers(self, value: Any) -> np.ndarray:

@@ -124,6 +124,7 @@ def _contact_records(grasp: Grasp) -> list[ContactRecord]:
             normal=contacts.normals[i].tolist(),
             gap=float(contacts.gaps[i]),
             force=grasp.forces[i].tolist(),
+            moment=grasp.moments[i].tolist(),
             normal_force=float(grasp.normal_forces[i]),
             friction_margin=float(grasp.friction_margins[i]),
         )

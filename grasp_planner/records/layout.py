@@ -70,8 +70,9 @@ class ContactRecord(Record):
     normal: Vector3 = Field(description="unit, into the object")
     gap: Number = Field(description="m")
     force: Vector3 = Field(description="of the hand on the object, N")
+    moment: Vector3 = Field(default=(0.0, 0.0, 0.0), description="about the point, of soft fingers, N m")
     normal_force: Number = Field(description="N")
-    friction_margin: Number = Field(description="μ f_n − |f_t|, N")
+    friction_margin: Number = Field(description="μ f_n − |f_t|, of soft fingers μ f_n − √(|f_t|² + (m/γ)²), N")
 
 
 _Clearance: Any = settings_layout("ClearanceOptionsRecord", ClearanceOptions, Record)
@@ -199,7 +200,7 @@ class GraspRecord(Record):
     joint_torques: list[Number] = Field(description="Jᵀ f, N m")
     palm_pose: PoseRecord = Field(description="of P in O")
     synergy_space: SynergySpaceRecord | None = Field(default=None, description="in use instead of a named set")
-    contacts: list[ContactRecord] = Field(min_length=3)
+    contacts: list[ContactRecord] = Field(min_length=2)
     external_wrench: Vector6 = Field(description="on the object in O; N, N m")
     parameters: ParameterRecord
     violations: dict[str, ViolationRecord] = Field(description="of every requirement of the problem, by its name")

@@ -52,7 +52,9 @@ def settings_from(owner: type, record: Any) -> Any:
 
 def _type(each: Setting) -> Any:
     """Return the type of a setting."""
-    found = Literal[each.choices] if each.kind == "choice" else TYPES.get(each.kind, each.plain)
+    found: Any = Literal[each.choices] if each.kind == "choice" else TYPES.get(each.kind, each.plain)
+    if each.each_of:
+        found = found | list[float]
     if each.many and found is str:
         found = list[str]
     return found | None if each.none else found
@@ -71,7 +73,7 @@ def _field(each: Setting) -> Any:
 def _plain(each: Setting, value: Any) -> Any:
     """Return the plain form of a value: as JSON has it, or its text where its form is one."""
     if each.kind != "text" or value is None:
-        return value
+        return _lists(value)
     if each.plain is str:
         return [each.write(part) for part in value] if each.many else each.write(value)
     return np.asarray(value).tolist() if not isinstance(value, tuple) else _lists(value)

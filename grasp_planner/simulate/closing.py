@@ -49,10 +49,11 @@ def reference_path(grasp: Grasp, geometry: Geometry = "links") -> ReferencePath:
         The references.
     """
     synergies, n_s = grasp.problem.synergies, grasp.problem.n_synergies
-    by_sigma = grasp.hand_jacobian @ synergies.basis
+    jacobian = grasp.configuration.contact_jacobian(grasp.problem.frames, grasp.contacts.points)
+    by_sigma = jacobian @ synergies.basis
     regular = DAMPING**2 * np.eye(n_s)
     # The free hand stands at q̄ + S σ: its fingertips are at the contacts where J (q̄ + S σ − q) = 0.
-    away = grasp.hand_jacobian @ (grasp.joint_angles - grasp.reference_joint_angles)
+    away = jacobian @ (grasp.joint_angles - grasp.reference_joint_angles)
     touching = grasp.sigma + np.linalg.solve(by_sigma.T @ by_sigma + regular, by_sigma.T @ away)
     slopes = -np.einsum("ij,ijk->ik", grasp.contacts.normals, by_sigma.reshape(-1, 3, n_s))
     candidates = [

@@ -25,8 +25,8 @@ class Protocol:
         hold_while_closing: Whether the object is held in place until the hand has closed.
         gravity: Whether the plan's gravity acts on the object.
         mass: Mass of the object [kg]; the plan's if None.
-        friction: Coefficient of friction; the plan's if None.
-        torsional_friction: Torsional friction [m]; 0 for the hard finger of the plan.
+        friction: Coefficient of friction; the plan's, of every contact its own, if None.
+        torsional_friction: Torsional friction [m]: most torque over normal force; the plan's, μ γ, if None.
         force: Force pushed with in each direction [N].
         torque_arm: The torques tested are force · arm [m]; the object's length scale if None.
         hold_s: How long each push lasts [s].
@@ -53,7 +53,7 @@ class Protocol:
     gravity: bool = True
     mass: float | None = None
     friction: float | None = None
-    torsional_friction: float = 0.0
+    torsional_friction: float | None = None
     force: float = 1.0
     torque_arm: float | None = None
     hold_s: float = 2.0
@@ -82,7 +82,8 @@ class Protocol:
             if getattr(self, name) is not None:
                 positive(f"protocol {name}", getattr(self, name))
         for name in ("torsional_friction", "rest_s", "gate"):
-            positive(f"protocol {name}", getattr(self, name), zero_allowed=True)
+            if getattr(self, name) is not None:
+                positive(f"protocol {name}", getattr(self, name), zero_allowed=True)
         for name, allowed in (("start", ("plan", "open")), ("geometry", ("links", "contacts"))):
             if getattr(self, name) not in allowed:
                 raise NameNotFoundError(f"protocol {name}", str(getattr(self, name)), allowed)
@@ -97,7 +98,7 @@ class Protocol:
 
 
 PLAN = Protocol("plan")
-"""The plan as it is: its own mass, friction and gravity, hard fingers, from the planned posture; 1 N pushes."""
+"""The plan as it is: its own mass, contacts and gravity, from the planned posture; 1 N pushes."""
 
 DEXGRASPBENCH = Protocol(
     "dexgraspbench",

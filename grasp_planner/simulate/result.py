@@ -92,7 +92,7 @@ class Simulation:
         protocol: The test.
         squeeze: Factor on the plan's δσ.
         mass: Mass of the object [kg].
-        friction: Coefficient of friction.
+        friction: Coefficient of friction, one number or one for each contact.
         gates: Overlaps at the postures that were checked; if one is too deep, nothing was simulated.
         rest: At rest; None if a gate was not passed.
         directions: All pushes; empty if a gate was not passed.
@@ -105,7 +105,7 @@ class Simulation:
     protocol: Protocol
     squeeze: float
     mass: float
-    friction: float
+    friction: float | tuple[float, ...]
     gates: tuple[GateReport, ...]
     rest: RestReport | None
     directions: tuple[DirectionReport, ...]

@@ -172,7 +172,7 @@ def _rest(world: World, path: ReferencePath | None, recorder: _Recorder) -> Rest
         normal_forces=along,
         other_force=float(np.linalg.norm(others)),
         predicted_normal_forces=np.array(predicted),
-        friction_use=np.where(along > 1e-6, across / np.maximum(world.scene.friction * along, 1e-9), 0.0),
+        friction_use=np.where(along > 1e-6, across / np.maximum(np.asarray(world.scene.friction) * along, 1e-9), 0.0),
     )
 
 

@@ -13,6 +13,8 @@ import numpy as np
 
 from ..collision.link_shapes import LinkShape
 from ..grasp.grasp import Grasp
+from ..model.contact_model import SoftFinger
+from ..problem.problem import GraspProblem
 from .mjcf_hand import add_hand, add_motors, mesh_vertices
 from .mjcf_object import ObjectSolid, add_object, object_solids
 from .protocol import Protocol
@@ -32,7 +34,7 @@ class Scene:
         tip_names: Names of the fingertips' geometries, in the order of the contacts.
         object_names: Names of the object's geometries that fingertips touch.
         mass: Mass of the object [kg].
-        friction: Coefficient of friction.
+        friction: Coefficient of friction, one number or one for each contact.
         notes: What is not exactly as planned, one sentence each.
     """
 
@@ -40,7 +42,7 @@ class Scene:
     tip_names: tuple[str, ...]
     object_names: tuple[str, ...]
     mass: float
-    friction: float
+    friction: float | tuple[float, ...]
     notes: tuple[str, ...]
 
 
@@ -63,6 +65,7 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
     pieces, object_note = object_solids(problem.grasp_object)
     mass = problem.grasp_object.mass if protocol.mass is None else protocol.mass
     friction = problem.parameters.friction if protocol.friction is None else protocol.friction
+    touches = _touches(problem, protocol)
     root = ElementTree.Element("mujoco", model=hand.name)
     _add_options(root, protocol, problem.parameters.gravity if protocol.gravity else np.zeros(3))
     # Nothing collides but the pairs listed below.
@@ -81,8 +84,8 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
     names = [f"solid_{number}_{shape.name}" for number, shape in enumerate(solids)]
     contact = add(root, "contact")
     by_name = dict(zip(names, solids, strict=True))
-    _add_object_pairs(contact, tips, by_name, (for_tips, for_links), protocol, friction)
-    _add_hand_pairs(contact, grasp, tips, by_name, protocol, friction)
+    _add_object_pairs(contact, tips, by_name, (for_tips, for_links), protocol, touches)
+    _add_hand_pairs(contact, grasp, tips, by_name, protocol, touches[-1])
     add_motors(root, problem)
     equality = root.find("equality")
     assert equality is not None
@@ -90,6 +93,10 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
     notes = [object_note]
     if any(tip.is_point for tip in tips):
         notes.append("point fingertips: their links overlap the object as planned and do not touch it")
+    if len({touch.sliding for touch in touches}) > 1:
+        notes.append(
+            f"everything but the fingertips rubs with the least friction of the plan, μ {touches[-1].sliding:g}"
+        )
     if protocol.geometry == "contacts":
         notes.append("only the fingertips collide")
     off = grasp.violations["compliance"].value
@@ -133,16 +140,45 @@ def _add_meshes(assets: Element, solids: tuple[LinkShape, ...], pieces: tuple[Ob
             add(assets, "mesh", name=f"mesh_object_{number}", vertex=piece.vertices.ravel())
 
 
-def _add_pair(contact: Element, first: str, second: str, protocol: Protocol, friction: float) -> None:
+@dataclass(frozen=True)
+class _Touch:
+    """How a pair of geometries rubs.
+
+    Attributes:
+        sliding: Coefficient of friction; 0 for none.
+        torsion: Torsional friction [m]; 0 for none.
+    """
+
+    sliding: float
+    torsion: float
+
+
+def _touches(problem: GraspProblem, protocol: Protocol) -> tuple[_Touch, ...]:
+    """Return how every fingertip rubs, and last everything else of the hand.
+
+    MuJoCo's elliptic cone f_n² ≥ |f_t|²/μ² + m²/(μ γ)² is that of the soft finger.
+    """
+    model, rough = problem.contact_model, protocol.friction
+    sliding = problem.friction if rough is None else np.full(len(problem.frames), rough)
+    if rough is None and not model.has_friction:
+        sliding = np.zeros(len(problem.frames))
+    torsion = sliding * (model.torsion if isinstance(model, SoftFinger) else 0.0)
+    if protocol.torsional_friction is not None:
+        torsion = np.full(len(problem.frames), protocol.torsional_friction)
+    tips = [_Touch(*values) for values in zip(sliding.tolist(), torsion.tolist(), strict=True)]
+    return *tips, _Touch(float(sliding.min()), float(torsion.min()))
+
+
+def _add_pair(contact: Element, first: str, second: str, protocol: Protocol, touch: _Touch) -> None:
     """Add a pair of geometries that may touch."""
-    torsion = protocol.torsional_friction
+    condim = "1" if touch.sliding == 0.0 else "4" if touch.torsion > 0.0 else "3"
     add(
         contact,
         "pair",
         geom1=first,
         geom2=second,
-        condim="4" if torsion > 0.0 else "3",
-        friction=[friction, friction, torsion, 0.0, 0.0],
+        condim=condim,
+        friction=[touch.sliding, touch.sliding, touch.torsion, 0.0, 0.0],
         solref=protocol.solref,
         solimp=protocol.solimp,
     )
@@ -154,7 +190,7 @@ def _add_object_pairs(
     solids: dict[str, LinkShape],
     object_names: tuple[list[str], list[str]],
     protocol: Protocol,
-    friction: float,
+    touches: tuple[_Touch, ...],
 ) -> None:
     """Add the pairs of the hand and the object; links around point fingertips do not touch it."""
     exempt = {tip.joint for tip in tips if tip.is_point}
@@ -162,7 +198,8 @@ def _add_object_pairs(
     links = [name for name, shape in solids.items() if shape.joint not in exempt]
     for names, others in zip((touching, links), object_names, strict=True):
         for name, other in product(names, others):
-            _add_pair(contact, name, other, protocol, friction)
+            touch = touches[touching.index(name)] if name in touching else touches[-1]
+            _add_pair(contact, name, other, protocol, touch)
 
 
 def _add_hand_pairs(
@@ -171,7 +208,7 @@ def _add_hand_pairs(
     tips: tuple[Tip, ...],
     solids: dict[str, LinkShape],
     protocol: Protocol,
-    friction: float,
+    touch: _Touch,
 ) -> None:
     """Add the pairs within the hand that its description does not ignore; spherical fingertips count, points do not."""
     if protocol.geometry == "contacts":
@@ -182,4 +219,4 @@ def _add_hand_pairs(
     for j, (name, link, joint) in enumerate(mine):
         for other, other_link, other_joint in mine[:j]:
             if joint != other_joint and link != other_link and frozenset((link, other_link)) not in ignored:
-                _add_pair(contact, other, name, protocol, friction)
+                _add_pair(contact, other, name, protocol, touch)

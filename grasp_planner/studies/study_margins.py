@@ -19,7 +19,7 @@ Margin = Callable[[Grasp], float | None]
 
 def least_friction_share(grasp: Grasp) -> float:
     """Return the least share of friction that is left at a contact, 1 − |f_t| / (μ f_n)."""
-    usable = grasp.problem.parameters.friction * np.maximum(grasp.normal_forces, 1e-12)
+    usable = grasp.problem.friction * np.maximum(grasp.normal_forces, 1e-12)
     return float((grasp.friction_margins / usable).min())
 
 

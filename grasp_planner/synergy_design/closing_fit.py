@@ -41,6 +41,6 @@ def closing_fit(problem: GraspProblem, seed: int = 0) -> ClosingFit:
     starts = [standard_start(problem), *(random_start(problem, rng) for _ in range(ROUND - 1))]
     start = best_prepared(problem, starts)[0].start
     grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
-    sizes = np.maximum(np.linalg.norm(grasp.forces, axis=1), 1e-9)
+    sizes = np.maximum(np.linalg.norm(grasp.intensities, axis=1), 1e-9)
     share = float((grasp.friction_margins / sizes).min())
     return ClosingFit(problem.n_synergies, float(np.abs(grasp.contacts.gaps).max()), share)

@@ -31,4 +31,4 @@ class MomentBalance(Requirement):
 
 def _imbalance(grasp: PosedGrasp) -> Array:
     """Return G f + w_ext [N, N m], of shape (6,)."""
-    return grasp.grasp_matrix @ grasp.forces.ravel() + grasp.problem.external_wrench
+    return grasp.grasp_matrix @ grasp.intensities.ravel() + grasp.problem.external_wrench

@@ -38,7 +38,8 @@ class ClosingPath:
 
 def gap_slopes(grasp: Grasp) -> Array:
     """Return the change of every gap per synergy coordinate [m/rad], of shape (n_c, n_s)."""
-    by_sigma = (grasp.hand_jacobian @ grasp.problem.synergies.basis).reshape(len(grasp.contacts.gaps), 3, -1)
+    jacobian = grasp.configuration.contact_jacobian(grasp.problem.frames, grasp.contacts.points)
+    by_sigma = (jacobian @ grasp.problem.synergies.basis).reshape(len(grasp.contacts.gaps), 3, -1)
     return -np.einsum("ij,ijk->ik", grasp.contacts.normals, by_sigma)
 
 

@@ -13,6 +13,7 @@ import pinocchio as pin
 from ..exceptions import InvalidValueError
 from ..files.writing import write_text
 from ..grasp.grasp import Grasp
+from ..problem.settings import text_of_numbers
 from ..simulate import Frame, Simulation
 from ..spatial import Pose
 from .scene.draw_grasp import DisplayOptions
@@ -108,7 +109,7 @@ def _overlay(found: Simulation) -> str:
         "<div style='position:fixed;left:12px;top:12px;z-index:1000;max-width:340px;pointer-events:none'>"
         f"<div style='{CARD}'><b>{html.escape(problem.hand.description.title or problem.hand.name)}</b><br>"
         f"{html.escape(problem.grasp_object.text)}<br>{html.escape(found.protocol.name)}: {found.mass:g} kg, "
-        f"μ {found.friction:g}, {problem.n_synergies} synergies</div>"
+        f"μ {text_of_numbers(found.friction)}, {problem.n_synergies} synergies</div>"
         f"<div style='{CARD}color:{colour}'>{html.escape(found.verdict)}</div>"
         f"<div style='{CARD}'><table style='width:100%;font-size:12px'><tr><th align=left>push</th>"
         "<th align=left>"

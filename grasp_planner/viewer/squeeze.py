@@ -8,7 +8,7 @@ from scipy import sparse
 
 from ..grasp.grasp import Grasp
 from ..model.compliance import internal_forces
-from ..spatial import Array, skew
+from ..spatial import Array
 
 ROOM = 1e-5
 """Margin kept inside the friction cones [N]."""
@@ -26,24 +26,22 @@ def best_squeeze(grasp: Grasp) -> Array | None:
         δσ [rad], of shape (n_s,), or None if the synergies can't produce such forces here.
     """
     problem = grasp.problem
-    stiffness, k_c = grasp.stiffness, problem.parameters.contact_stiffness
+    stiffness, k_c, model = grasp.stiffness, problem.contact_springs, problem.contact_model
     by_sigma = internal_forces(grasp.grasp_matrix, grasp.hand_jacobian, problem.synergies.basis, stiffness, k_c)
-    fixed = grasp.forces.ravel() - by_sigma @ grasp.delta_sigma
+    fixed = grasp.intensities.ravel() - by_sigma @ grasp.delta_sigma
     # Columns scaled to 1 N, so that the solver sees numbers of order one.
     size = np.maximum(np.linalg.norm(by_sigma, axis=0), 1e-9)
     scaled = by_sigma / size
-    n_c, n_s = grasp.forces.shape[0], problem.n_synergies
-    normals = np.zeros((n_c, 3 * n_c))
-    for i, normal in enumerate(grasp.contacts.normals):
-        normals[i, 3 * i : 3 * i + 3] = normal
+    (n_c, d), n_s = grasp.intensities.shape, problem.n_synergies
+    normals = np.zeros((n_c, d * n_c))
+    for i, covector in enumerate(grasp.covectors):
+        normals[i, d * i : d * i + d] = covector
     rows = [np.concatenate([np.zeros((1, n_s)), normals @ scaled])]
     rows[0] = np.hstack([rows[0], np.eye(n_c + 1)[:, :1]])
     right = [np.concatenate([[0.0], normals @ fixed])]
-    for i, normal in enumerate(grasp.contacts.normals):
-        tangent = -skew(normal) @ skew(normal)
-        block = np.vstack([problem.parameters.friction * normal, tangent])
-        rows.append(np.hstack([block @ scaled[3 * i : 3 * i + 3], np.zeros((4, 1))]))
-        right.append(block @ fixed[3 * i : 3 * i + 3] - np.array([ROOM, 0.0, 0.0, 0.0]))
+    for block in model.cone_rows(grasp.contacts.normals, problem.friction, d * n_c):
+        rows.append(np.hstack([block @ scaled, np.zeros((1 + d, 1))]))
+        right.append(block @ fixed - ROOM * np.eye(1 + d)[0])
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     solution = clarabel.DefaultSolver(

@@ -7,6 +7,7 @@ import math
 
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
 from ..grasp.verdict import Violation
+from ..problem.settings import text_of_numbers
 from ..problem.term import METRE, Unit
 from ..terms.posture import JointLimits
 from .live import contact_share
@@ -226,16 +227,18 @@ def joint_table(grasp: Grasp) -> str:
 
 def contact_details(grasp: Grasp, index: int) -> str:
     """Return all numbers of one contact (Markdown)."""
-    frame, force = grasp.problem.frames[index], grasp.forces[index]
-    normal = float(grasp.normal_forces[index])
+    frame, force, moment = grasp.problem.frames[index], grasp.forces[index], grasp.moments[index]
+    normal, friction = float(grasp.normal_forces[index]), float(grasp.problem.friction[index])
     slip = math.sqrt(max(float(force @ force) - normal**2, 0.0))
-    share = slip / (grasp.problem.parameters.friction * normal) if normal > 0.0 else math.inf
+    share = 1.0 - float(grasp.friction_margins[index]) / (friction * normal) if normal > 0.0 else math.inf
+    torque = f", torque {number(1e3 * math.sqrt(float(moment @ moment)))} mN m" if moment.any() else ""
+    cone = f"uses {number(100 * share)} % of its friction cone (μ = {friction:g})"
     point = ", ".join(f"{1e3 * value:.1f}" for value in grasp.contacts.points[index])
     return (
         f"**Contact {frame.name}** on {frame.link}\n\n"
         f"- point in O: ({point}) mm, gap {fixed(1e3 * float(grasp.contacts.gaps[index]), 3)} mm\n"
-        f"- normal force {number(normal)} N, tangential {number(slip)} N\n"
-        f"- uses {number(100 * share)} % of its friction cone (μ = {grasp.problem.parameters.friction:g})"
+        f"- normal force {number(normal)} N, tangential {number(slip)} N{torque}\n"
+        f"- {cone if grasp.problem.contact_model.has_friction else 'no friction'}"
     )
 
 
@@ -267,7 +270,8 @@ def export_overlay(grasp: Grasp, title: str) -> str:
         "pointer-events:none'>"
         f"<div style='{CARD}overflow-wrap:anywhere'><b>{html.escape(title)}</b><br>"
         f"{html.escape(grasp.problem.grasp_object.text)}<br>"
-        f"task {tasks} · {grasp.problem.n_synergies} synergies · μ = {grasp.problem.parameters.friction:g}</div>"
+        f"task {tasks} · {grasp.problem.n_synergies} synergies · "
+        f"μ = {text_of_numbers(grasp.problem.parameters.friction)}</div>"
         f"{verdict_card(grasp)}"
         f"<div style='{CARD}'><table style='width:100%;font-size:12px'><tr><th align=left>contact</th>"
         f"<th align=left>normal force</th><th align=left>friction margin</th></tr>{rows}</table></div></div>"

@@ -83,7 +83,7 @@ def _widget(gui: viser.GuiApi, each: Setting) -> Any:
 
 def _is_number(each: Setting) -> bool:
     """Return whether a setting has a number input."""
-    return each.kind in ("number", "whole") and each.step is not None and not each.none
+    return each.kind in ("number", "whole") and each.step is not None and not each.none and not each.each_of
 
 
 def _value(each: Setting, shown: Any) -> Any:

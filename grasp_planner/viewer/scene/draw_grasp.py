@@ -137,13 +137,16 @@ class GraspDrawing:
             batched_colors=np.tile(look.CONTACT, (n_c, 1)).astype(np.uint8),
             cast_shadow=False,
         )
-        vertices, faces = cone_mesh(self.problem.parameters.friction, look.CONE_LENGTH)
+        friction = self.problem.friction if self.problem.contact_model.has_friction else np.zeros(n_c)
+        vertices, faces = cone_mesh(1.0, look.CONE_LENGTH)
+        width = np.clip(friction, 0.01, 3.0)
         self._cones = self._scene.add_batched_meshes_simple(
             f"{ROOT}/cones",
             vertices,
             faces,
             turned,
             still,
+            batched_scales=np.column_stack([width, width, np.ones(n_c)]).astype(np.float32),
             batched_colors=np.tile(look.CONE_GOOD, (n_c, 1)).astype(np.uint8),
             opacity=0.4,
             side="double",

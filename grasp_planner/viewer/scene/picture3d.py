@@ -135,7 +135,13 @@ class Picture:
     def _fit(self, problem: GraspProblem) -> None:
         """Have drawings for this hand, object and set of contacts."""
         frames = tuple(frame.name for frame in problem.frames)
-        key = (problem.hand.name, problem.grasp_object.text, frames, problem.parameters.friction)
+        key = (
+            problem.hand.name,
+            problem.grasp_object.text,
+            frames,
+            problem.parameters.friction,
+            problem.contact_model.kind,
+        )
         if key == self._key:
             return
         if self._hand is None or self._hand.hand.name != problem.hand.name:
