@@ -94,7 +94,7 @@ MUTATIONS = (
     Mutation("model/contacts.py", "centres + radii[:, None] * normals", "centres", (*JUDGE, "tests/test_contacts.py")),
     Mutation(
         "model/friction.py",
-        "friction * normal - np.linalg",
+        "np.asarray(friction) * normal - np.linalg",
         "normal - np.linalg",
         (*JUDGE, "tests/test_force_closure.py"),
     ),

@@ -104,13 +104,14 @@ def test_two_fingers_known_by_hand(right):
     response = np.vstack([0.5 * np.eye(3, 6), 0.5 * np.eye(3, 6)])
     base = Holding(
         Contacts(-0.03 * normals, normals, np.zeros(2)),
+        gp.model.HardFinger(),
         ("left", "right"),
         ("joint",),
         5.0 * normals,
         response,
         np.zeros((6, 0)),
         np.zeros((6, 1)),
-        0.8,
+        np.full(2, 0.8),
         np.inf,
         np.array([np.inf]),
     )

@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import fsolve
 
 import grasp_planner as gp
+from grasp_planner.hand.configuration import HandConfiguration
 from grasp_planner.model.compliance import series_stiffness
 from grasp_planner.spatial import rotation_between
 from tests.finite_differences import central_differences
@@ -29,7 +30,8 @@ def equilibrium(grasp, twist):
     Point tips: springs between points fixed on finger and object. Round tips roll: the point of contact and the
     normal follow the relative rotation on the object's real surface.
     """
-    problem, forces = grasp.problem, grasp.forces
+    problem, forces, moments = grasp.problem, grasp.forces, grasp.moments
+    soft = getattr(problem.contact_model, "patch_radius", 0.0) ** 2 * problem.parameters.contact_stiffness
     moved = pin.SE3(pin.exp3(twist[3:]), np.array(twist[:3]))
     palm = moved.inverse() * grasp.palm_pose
     radii, points, normals = problem.radii, grasp.contacts.points, grasp.contacts.normals
@@ -47,19 +49,25 @@ def equilibrium(grasp, twist):
         force = np.array([rotation_between(n, m) @ f for n, m, f in zip(normals, found.normals, forces, strict=True)])
         if not radii.any():
             force = forces
+        spins = [n @ pin.log3(turn) for n, turn in zip(normals, turns, strict=True)]
+        moment = moments + soft * normals * np.array(spins)[:, None]
+        if radii.any():
+            turning = zip(normals, found.normals, moment, strict=True)
+            moment = np.array([rotation_between(n, m) @ twisted for n, m, twisted in turning])
         slip = np.where(radii[:, None] > 0.0, found.points - points, 0.0)
-        return force + stiffness * (touching - points), touching + slip
+        return force + stiffness * (touching - points), touching + slip, moment
 
     def imbalance(q):
-        force, where = contact(q)
-        jacobian = gp.model.hand_jacobian(problem.hand, problem.frames, q, palm, where)
-        return q - reference + problem.joint_compliance * (jacobian.T @ force.ravel())
+        force, where, moment = contact(q)
+        twists = HandConfiguration(problem.hand, q, palm).contact_twists(problem.frames, where)
+        torques = np.einsum("ijk,ij->k", twists, np.hstack([force, moment]))
+        return q - reference + problem.joint_compliance * torques
 
     q = fsolve(imbalance, grasp.joint_angles, full_output=True, xtol=1e-14)[0]
     assert np.abs(imbalance(q)).max() < 1e-10
-    force, where = contact(q)
+    force, where, moment = contact(q)
     rotation = np.array(moved.rotation)
-    return np.concatenate([rotation @ force.sum(axis=0), rotation @ np.cross(where, force).sum(axis=0)])
+    return np.concatenate([rotation @ force.sum(axis=0), rotation @ (np.cross(where, force) + moment).sum(axis=0)])
 
 
 def planned_with(hand, grasp_object, contact_set, n_synergies=8):
@@ -93,6 +101,22 @@ def test_stiffness_is_the_derivative_of_the_equilibrium(right, case):
     assert np.abs(scale[:, None] * preload * scale).max() > 5e-4 * size, "the preload matters"
     symmetric = scale[:, None] * (0.5 * (numeric + numeric.T)) * scale
     assert grasp.stability.smallest == pytest.approx(np.linalg.eigvalsh(symmetric)[0], rel=1e-2)
+
+
+@pytest.mark.parametrize("contact_set", ["point", "sphere"])
+def test_soft_fingers_add_their_torsion(right, contact_set, rng):
+    """Two soft fingertips, squeezed so that they twist: torsional springs, and moments that turn with the normals."""
+    parameters = gp.GraspParameters(contact_model=gp.model.SoftFinger(torsion=0.01))
+    shape, tips = gp.Sphere(radius=0.035), ("thumb", "index")
+    problem = gp.GraspProblem.paper(right, shape, n_synergies=8, parameters=parameters, contact_set=contact_set)
+    problem = replace(problem, contacts=tips)
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    grasp = gp.Grasp(problem, grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma + rng.normal(0.0, 3e-5, 8))
+    assert np.linalg.norm(grasp.moments, axis=1).max() > 1e-3
+    numeric = -central_differences(lambda nu: equilibrium(grasp, nu), np.zeros(6), np.repeat([2e-6, 1e-4], 3))
+    scale = np.repeat([1.0, 1.0 / grasp.stability.length], 3)
+    size = np.abs(scale[:, None] * numeric * scale).max()
+    assert np.abs(scale[:, None] * (grasp.stability.stiffness - numeric) * scale).max() < 1e-5 * size
 
 
 def test_with_point_tips_the_springs_have_a_potential(right):

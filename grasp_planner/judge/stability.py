@@ -27,7 +27,6 @@ import numpy as np
 
 from ..hand.kinematics import ContactKinematics, HandKinematics
 from ..model.compliance import series_stiffness
-from ..model.contact_model import SoftFinger
 from ..model.contacts import Contacts
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose, readonly, skew
@@ -90,7 +89,7 @@ def grasp_stability(
     """
     model = problem.contact_model
     forces, moments = model.forces(intensities, contacts.normals), model.moments(intensities, contacts.normals)
-    motion = _Motion.at(problem, q, palm_in_object, contacts, forces, moments)
+    motion = _Motion.at(problem, q, palm_in_object, contacts, intensities)
     c_q = problem.joint_compliance
     d_torque_q, d_torque_nu = motion.torques(forces, moments)
     bent = -np.linalg.solve(np.eye(len(c_q)) + c_q[:, None] * d_torque_q, c_q[:, None] * d_torque_nu)
@@ -144,13 +143,13 @@ class _Motion:
         q: Array,
         palm_in_object: Pose,
         contacts: Contacts,
-        forces: Array,
-        moments: Array,
+        intensities: Array,
     ) -> _Motion:
         """Return the motion of the contacts of a grasp, those of frictionless ones at the centres of the tips."""
         rotation = np.array(palm_in_object.rotation)
         found = HandKinematics(problem.hand, problem.frames).compute(q, angular=True, derivatives=True)
         normals, model = contacts.normals, problem.contact_model
+        forces, moments = model.forces(intensities, normals), model.moments(intensities, normals)
         angular, arm = rotation @ found.angular, problem.radii[:, None] * normals
         touching = rotation @ found.linear - skew(arm) @ angular
         surface = problem.grasp_object.sample(contacts.points - arm)
@@ -162,7 +161,9 @@ class _Motion:
         bend = bend - normals[:, :, None] * (normals[:, None, :] @ bend)  # H
         rolling = radii * skew(normals)  # of the tip's centre, per relative rotation
         with_normal = skew(normals) @ (-bend @ rolling)  # n × δn
-        turning, spinning = -skew(forces) @ with_normal, -skew(moments) @ with_normal  # of force and moment with it
+        turning = -skew(forces) @ with_normal  # of the force with it
+        held, slope = model.basis(normals)[:, 3:], model.basis_slope(normals)[:, 3:]
+        spinning = np.einsum("cidk,cd->cik", slope, intensities) @ (-bend @ rolling)  # of the moment with it
         upon = rolling - radii * (bend @ rolling)
         n_c = len(points)
         still = np.zeros((n_c, 3, 6))
@@ -175,8 +176,7 @@ class _Motion:
         outer = normals[:, :, None] * normals[:, None, :]
         if not model.has_friction:
             stiff = k_c * outer - np.einsum("ij,ij->i", forces, normals)[:, None, None] * bend
-        if isinstance(model, SoftFinger):
-            spinning = spinning + model.patch_radius**2 * k_c * outer
+        spinning = spinning + k_c * (held * model.stiffness_factors) @ held.transpose(0, 2, 1)
         # ∂(Jᵀ f)/∂q with the touching points fixed on their links.
         second = _material_derivative(found, rotation, arm)
         preload = np.einsum("ij,kijl->lk", forces, second)

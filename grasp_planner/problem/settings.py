@@ -89,10 +89,10 @@ class Setting:
             words = "true or false"
         elif self.kind in ("number", "whole") or math.isfinite(self.high):
             what = {"number": "a finite number", "whole": "a whole number"}.get(self.kind, "finite numbers")
-            what = f"one number, or one for each {self.each_of}, finite and" if self.each_of else what
             low = f" {'>' if self.above else '>='} {self.low:g}" if math.isfinite(self.low) else ""
             high = f"{' and' if low else ''} <= {self.high:g}" if math.isfinite(self.high) else ""
-            words = f"{what}{low}{high}{unit}"
+            several = f", or one for each {self.each_of}" if self.each_of else ""
+            words = f"{what}{low}{high}{unit}{several}"
         else:
             words = "a text"
         return f"{words}, or none for {self.none}" if self.none else words

@@ -12,8 +12,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..collision.link_shapes import LinkShape
+from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
-from ..model.contact_model import SoftFinger
+from ..model.contact_model import CONTACT_MODELS, Frictionless, HardFinger, SoftFinger
 from ..problem.problem import GraspProblem
 from .mjcf_hand import add_hand, add_motors, mesh_vertices
 from .mjcf_object import ObjectSolid, add_object, object_solids
@@ -157,7 +158,13 @@ def _touches(problem: GraspProblem, protocol: Protocol) -> tuple[_Touch, ...]:
     """Return how every fingertip rubs, and last everything else of the hand.
 
     MuJoCo's elliptic cone f_n² ≥ |f_t|²/μ² + m²/(μ γ)² is that of the soft finger.
+
+    Raises:
+        InvalidValueError: If MuJoCo has no contacts of the plan's kind.
     """
+    if not isinstance(problem.contact_model, HardFinger | SoftFinger | Frictionless):
+        allowed = f"{', '.join(CONTACT_MODELS)}, to be simulated"
+        raise InvalidValueError("contact_model", problem.contact_model.text, allowed)
     model, rough = problem.contact_model, protocol.friction
     sliding = problem.friction if rough is None else np.full(len(problem.frames), rough)
     if rough is None and not model.has_friction:

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 import grasp_planner as gp
 from grasp_planner.batch.case import GraspCase
 from grasp_planner.cli.options import planner_options, problem_from_options, problem_options, search_options
+from grasp_planner.model import SoftFinger
 from grasp_planner.problem.from_settings import PROBLEM_SETTINGS
 from grasp_planner.problem.settings import settings_of
 from grasp_planner.records.grasp_record import parse_grasp_record
@@ -25,7 +26,8 @@ OTHERS = {
     "synergy_set": "native",
     "contact_set": "sphere",
     "contacts": ("thumb", "index", "middle"),
-    "friction": 0.5,
+    "friction": (0.5, 0.6, 0.7, 0.8, 0.9),
+    "contact_model": SoftFinger(torsion=0.004),
     "structural_compliance": 0.2,
     "joint_compliance": 0.3,
     "contact_stiffness": 2e4,
@@ -118,7 +120,7 @@ def by_command(arguments):
 
 
 def by_batch(hand, key, value):
-    plain = json.loads(json.dumps(value))
+    plain = json.loads(json.dumps(value, default=lambda model: model.text))
     if key is None:
         return GraspCase(hand=hand.name).problem(hand)
     if key == "n_synergies":
@@ -146,7 +148,7 @@ def shown(each, value):
         return value
     if each.kind == "truth":
         return "yes" if value else "no"
-    return value if each.step is not None and not each.none else each.text(value)
+    return value if each.step is not None and not each.none and not each.each_of else each.text(value)
 
 
 def by_page(panels, hand, key, value):
