@@ -32,13 +32,13 @@ def command_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Arra
 
     Args:
         problem: The problem.
-        grasp: G, of shape (6, 3 n_c).
-        jacobian: J [m/rad], of shape (3 n_c, n_q).
+        grasp: G, of shape (6, d n_c).
+        jacobian: J [m/rad], of shape (d n_c, n_q).
 
     Returns:
-        P [N/rad], of shape (3 n_c, n_s): moving the references by S Δσ changes the contact forces by P Δσ.
+        P [N/rad], of shape (d n_c, n_s): moving the references by S Δσ changes the contact forces by P Δσ.
     """
-    stiffness = series_stiffness(jacobian, problem.joint_compliance, problem.parameters.contact_stiffness)
+    stiffness = series_stiffness(jacobian, problem.joint_compliance, problem.contact_springs)
     return command_map(grasp, jacobian, problem.synergies.basis, stiffness)
 
 

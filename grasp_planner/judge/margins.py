@@ -128,7 +128,7 @@ def disturbance_response(problem: GraspProblem, grasp: Array, jacobian: Array) -
 
 
 def commanded_basis(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
-    """Return an orthonormal basis of the range of P, of shape (3 n_c, ≤ n_s); empty without contact stiffness."""
+    """Return an orthonormal basis of the range of P, of shape (d n_c, ≤ n_s); empty without contact stiffness."""
     if problem.parameters.contact_stiffness > 0.0:
         return range_basis(command_matrix(problem, grasp, jacobian))
     return np.zeros((len(jacobian), 0))
