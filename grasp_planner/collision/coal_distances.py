@@ -20,6 +20,8 @@ DEEP_TOLERANCE = 1e-6
 capsule within a cylinder: every fifth depth too large, by up to 10 cm; none with this one)."""
 DEEP = -1e-3
 """Distance below which an overlap is deep [m]."""
+CONTACTS = 100
+"""Most contacts of two meshes that overlap of which the deepest is taken."""
 MAX_ITERATIONS = 1000
 """Most GJK and EPA iterations."""
 
@@ -71,6 +73,8 @@ class ExactDistance:
     def _ask(self, wanted: Any, first: Any, pose_first: Any, second: Any, pose_second: Any) -> float:
         """Return the answer to one request."""
         self.result.clear()
+        if isinstance(first, coal.BVHModelBase) or isinstance(second, coal.BVHModelBase):
+            return _mesh_distance(wanted, first, pose_first, second, pose_second, self.result)
         return float(coal.distance(first, pose_first, second, pose_second, wanted, self.result))
 
 
@@ -81,6 +85,31 @@ def _request(tolerance: float) -> Any:
     wanted.gjk_tolerance = wanted.epa_tolerance = tolerance
     wanted.gjk_max_iterations = wanted.epa_max_iterations = MAX_ITERATIONS
     return wanted
+
+
+def _mesh_distance(wanted: Any, first: Any, pose_first: Any, second: Any, pose_second: Any, result: Any) -> float:
+    """Return the signed distance where one geometry is a mesh.
+
+    coal has none of a mesh from a swept solid, so that the core's is taken and the radius off it; of two meshes that
+    overlap it has only that they do, and the deepest of its contacts is taken.
+    """
+    (first, rim_a), (second, rim_b) = _core(first), _core(second)
+    value = float(coal.distance(first, pose_first, second, pose_second, wanted, result))
+    if value <= 0.0 and isinstance(first, coal.BVHModelBase) and isinstance(second, coal.BVHModelBase):
+        request, found = coal.CollisionRequest(coal.CONTACT, CONTACTS), coal.CollisionResult()
+        coal.collide(first, pose_first, second, pose_second, request, found)
+        value = -max((abs(contact.penetration_depth) for contact in found.getContacts()), default=0.0)
+    return value - rim_a - rim_b
+
+
+def _core(geometry: Any) -> tuple[Any, float]:
+    """Return a solid without the ball that sweeps it, and the radius of that ball [m]."""
+    rim = 0.0 if isinstance(geometry, coal.BVHModelBase) else float(geometry.getSweptSphereRadius())
+    if rim == 0.0:
+        return geometry, 0.0
+    core = geometry.clone()
+    core.setSweptSphereRadius(0.0)
+    return core, rim
 
 
 def signed_distance(first: Any, pose_first: Any, second: Any, pose_second: Any) -> tuple[float, Array, Array, Array]:

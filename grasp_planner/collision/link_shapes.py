@@ -1,28 +1,31 @@
 """The solids of a hand as the clearance constraints see them: swept segments where possible, coal shapes otherwise.
 
-A sphere is a point with a radius, a capsule a segment with a radius. Every other shape (box, cylinder, mesh) keeps
-its coal geometry. Solids that lie inside another one of the same link are left out.
+A sphere is a point with a radius, a capsule a segment with a radius; a mesh is held by a few capsules. Every other
+shape (box, cylinder) keeps its coal geometry. Solids that lie inside another one of the same link are left out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
 import coal
 import numpy as np
+import pinocchio as pin
 
 from ..hand.contact_frame import ContactFrame
 from ..hand.hand import Hand
-from ..spatial import Array
+from ..spatial import Array, rotation_between
 
+SET_BACK = 5e-5
+"""How much farther than the margin capsules around a touching mesh stay behind the plane of contact [m]."""
 PATCH_SLACK = 1e-4
 """A solid closer than this to a contact patch belongs to it [m]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LinkShape:
     """One solid, in the frame of the joint that carries it.
 
@@ -38,6 +41,7 @@ class LinkShape:
         rim: See ``corners`` [m].
         geometry: coal geometry; None for spheres and capsules.
         placement: Pose of the coal geometry in the frame of the joint, pin.SE3.
+        fitted: Whether it is one of the capsules around a mesh, which stand out of it.
     """
 
     name: str
@@ -51,6 +55,7 @@ class LinkShape:
     rim: float
     geometry: Any
     placement: Any
+    fitted: bool = False
 
     def holds(self, point: Array, radius: float) -> bool:
         """Return whether a ball in the frame of the joint lies inside the solid (spheres and capsules only)."""
@@ -73,7 +78,7 @@ class LinkShape:
 
 def link_shapes(hand: Hand) -> tuple[LinkShape, ...]:
     """Return the solids of a hand, without those that lie inside another one."""
-    shapes = [_shape(hand, entry) for entry in hand.collision_model.geometryObjects]
+    shapes = [shape for entry in hand.collision_model.geometryObjects for shape in _shapes(hand, entry)]
     kept: list[LinkShape] = []
     for index, shape in enumerate(shapes):
         others = [other for k, other in enumerate(shapes) if k != index and other.joint == shape.joint]
@@ -99,8 +104,12 @@ def joint_centres(hand: Hand) -> tuple[LinkShape, ...]:
 
 
 def shape_pairs(hand: Hand, shapes: tuple[LinkShape, ...]) -> tuple[tuple[int, int], ...]:
-    """Return the pairs of solids that must not meet: of different links, and not ignored by the description."""
+    """Return the pairs of solids that must not meet: of different links, and not ignored by the description.
+
+    Capsules around meshes that overlap with the hand at rest are left to the judge, who has the meshes.
+    """
     ignored = {frozenset(pair) for pair in hand.description.collision.ignore}
+    placed = _at_rest(hand, shapes) if any(shape.fitted for shape in shapes) else ()
     return tuple(
         (i, j)
         for j, second in enumerate(shapes)
@@ -108,7 +117,25 @@ def shape_pairs(hand: Hand, shapes: tuple[LinkShape, ...]) -> tuple[tuple[int, i
         if first.link != second.link
         and first.joint != second.joint
         and frozenset((first.link, second.link)) not in ignored
+        and not ((first.fitted or second.fitted) and _overlap(placed[i], placed[j]))
     )
+
+
+def _at_rest(hand: Hand, shapes: tuple[LinkShape, ...]) -> tuple[Any, ...]:
+    """Return coal geometry and pose of each solid with every joint at zero or the limit nearest to it."""
+    data, q = hand.model.createData(), np.clip(np.zeros(hand.n_joints), hand.lower, hand.upper)
+    pin.forwardKinematics(hand.model, data, hand.full_configuration(q))
+    placed = []
+    for shape in shapes:
+        pose = data.oMi[shape.joint] * shape.placement
+        geometry = shape.geometry or coal.Capsule(shape.radius, float(np.linalg.norm(shape.end - shape.start)))
+        placed.append((geometry, coal.Transform3s(np.array(pose.rotation), np.array(pose.translation))))
+    return tuple(placed)
+
+
+def _overlap(first: Any, second: Any) -> bool:
+    """Return whether two placed solids overlap: capsules around neighbours can where the links themselves do not."""
+    return bool(coal.collide(*first, *second, coal.CollisionRequest(), coal.CollisionResult()))
 
 
 def contact_shapes(hand: Hand, shapes: Iterable[LinkShape], frames: Iterable[ContactFrame]) -> frozenset[str]:
@@ -123,6 +150,42 @@ def contact_shapes(hand: Hand, shapes: Iterable[LinkShape], frames: Iterable[Con
         round_ones = [shape for shape in near if shape.geometry is None]
         touching |= {shape.name for shape in round_ones or near}
     return frozenset(touching)
+
+
+def guarded_shapes(
+    hand: Hand, shapes: tuple[LinkShape, ...], frames: Iterable[ContactFrame], margin: float
+) -> tuple[LinkShape, ...]:
+    """Return the solids that keep clear of the object.
+
+    Those that carry a contact patch are left out. Capsules around a mesh that touches with a known normal stay, set
+    back behind the plane of contact: the mesh itself does not reach beyond it, the capsules around it would.
+
+    Args:
+        hand: The hand.
+        shapes: Its solids.
+        frames: The contact frames.
+        margin: Distance kept by everything that must not touch [m].
+
+    Returns:
+        The solids.
+    """
+    frames = tuple(frames)
+    planes = [frame for frame in frames if frame.normal is not None]
+    touching = contact_shapes(hand, shapes, frames)
+    kept = []
+    for shape in shapes:
+        mine = [frame for frame in planes if shape.fitted and frame.joint_id == shape.joint]
+        if not mine and shape.name in touching:
+            continue
+        for frame in mine:
+            normal = np.array(frame.normal)
+            level = float(normal @ np.array(frame.centre)) + frame.radius - margin - SET_BACK
+            start, end = (
+                p - max(0.0, float(normal @ p) + shape.radius - level) * normal for p in (shape.start, shape.end)
+            )
+            shape = replace(shape, start=start, end=end)
+        kept.append(shape)
+    return tuple(kept)
 
 
 def tip_axes(hand: Hand, frames: Iterable[ContactFrame]) -> tuple[tuple[int, int, Array], ...]:
@@ -169,6 +232,24 @@ def inner_axes(
             along = shape.end - shape.start
             axes.append((index, frame.joint_id, along / np.linalg.norm(along)))
     return tuple(axes)
+
+
+def _shapes(hand: Hand, entry: Any) -> list[LinkShape]:
+    """Return the solids of a geometry of the collision model: of a mesh the capsules that hold it."""
+    fitted = hand.fitted_capsules.get(entry.name)
+    if fitted is None:
+        return [_shape(hand, entry)]
+    link, joint = hand.model.frames[entry.parentFrame].name, int(entry.parentJoint)
+    branch = int(hand.model.supports[joint].tolist()[1]) if joint else 0
+    found, pose = [], entry.placement
+    for number, (first, last, radius) in enumerate(zip(fitted.starts, fitted.ends, fitted.radii, strict=True)):
+        start, end, r = pose.act(first), pose.act(last), float(radius)
+        length = float(np.linalg.norm(end - start))
+        turn = rotation_between(np.array([0.0, 0.0, 1.0]), (end - start) / length) if length else np.eye(3)
+        turned, corners = pin.SE3(turn, 0.5 * (start + end)), np.array([start, end])
+        name = f"{entry.name}_{number}"
+        found.append(LinkShape(name, link, joint, branch, start, end, r, corners, r, None, turned, True))
+    return found
 
 
 def _shape(hand: Hand, entry: Any) -> LinkShape:

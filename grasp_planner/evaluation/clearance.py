@@ -15,7 +15,7 @@ from ..collision.coal_distances import CoalPairs
 from ..collision.distances import SegmentSearch, grouped_minimum, saturate
 from ..collision.link_shapes import (
     LinkShape,
-    contact_shapes,
+    guarded_shapes,
     inner_axes,
     joint_centres,
     link_shapes,
@@ -114,14 +114,13 @@ class ClearanceEvaluator:
         hand, grasp_object = self.problem.hand, self.problem.grasp_object.solid
         guarded: tuple[LinkShape, ...] = ()
         if self.options.link_object == "geometry":
-            touching = contact_shapes(hand, shapes, self.problem.frames)
-            guarded = tuple(shape for shape in shapes if shape.name not in touching)
+            guarded = guarded_shapes(hand, shapes, self.problem.frames, self.options.margin)
         elif self.options.link_object == "joint_centres":
             guarded = joint_centres(hand)
         swept = [shape for shape in guarded if shape.geometry is None]
         self._swept = Segments(swept)
-        self._swept_rows = None  # where the swept shapes are among all of them; joint centres are not
-        if self.options.link_object == "geometry":
+        self._swept_rows = None  # where the swept shapes are among all of them, if they are
+        if self.options.link_object == "geometry" and all(shape in shapes for shape in swept):
             self._swept_rows = np.array([shapes.index(shape) for shape in swept], dtype=int)
         self._search = SegmentSearch(grasp_object, len(self._swept.radii))
         solids = [shape for shape in guarded if shape.geometry is not None]

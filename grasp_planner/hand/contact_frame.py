@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ..checks import unit_vector
 from ..exceptions import NameNotFoundError
 from ..values import Value
 from .description import ContactDescription
@@ -26,6 +27,7 @@ class ContactFrame(Value):
         joint_id: Index of the joint that carries it.
         centre: The fingertip (radius 0) or the centre of its sphere, in the frame of the joint [m].
         offset: The same in the frame [m].
+        normal: Outward normal of the link where it touches, in the frame of the joint; None if it is not known.
     """
 
     name: str
@@ -36,6 +38,7 @@ class ContactFrame(Value):
     joint_id: int
     centre: tuple[float, float, float]
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    normal: tuple[float, float, float] | None = None
 
 
 def find_contact_frame(model: Any, name: str, described: ContactDescription) -> ContactFrame:
@@ -47,7 +50,12 @@ def find_contact_frame(model: Any, name: str, described: ContactDescription) -> 
     entry = model.frames[index]
     link = _carrying_link(model, entry)
     x, y, z = entry.placement.act(np.array(described.offset)).tolist()
-    return ContactFrame(name, frame, link, described.radius, index, entry.parentJoint, (x, y, z), described.offset)
+    normal = None
+    if described.normal is not None:
+        a, b, c = (entry.placement.rotation @ unit_vector(f"normal of contact {name}", described.normal)).tolist()
+        normal = (a, b, c)
+    centre = (x, y, z)
+    return ContactFrame(name, frame, link, described.radius, index, entry.parentJoint, centre, described.offset, normal)
 
 
 def frame_index(model: Any, name: str) -> int | None:

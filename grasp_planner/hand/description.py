@@ -80,6 +80,8 @@ class ContactDescription(_Strict):
     """Fingertip radius [m]; 0 is the point fingertip of [Mavrogiannis2014]."""
     offset: Vector3 = (0.0, 0.0, 0.0)
     """Where the point sits in the frame [m]."""
+    normal: Vector3 | None = None
+    """Outward normal of the link's surface where it touches, in the frame: the link lies behind that plane."""
 
 
 class SynergyFiles(_Strict):

@@ -28,6 +28,7 @@ class Fingertip:
         offset: Its centre in the frame [m].
         radius: Radius of the sphere around it [m].
         reason: What it was derived from.
+        normal: Outward normal of the link's surface where it touches, in the frame; None if it may touch anywhere.
     """
 
     frame: str
@@ -35,6 +36,7 @@ class Fingertip:
     offset: tuple[float, float, float]
     radius: float
     reason: str
+    normal: tuple[float, float, float] | None = None
 
 
 def round_fingertip(model: Any, finger: Finger) -> Fingertip:

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import coal
 import numpy as np
 
 from ..checks import finite_array
@@ -15,11 +16,13 @@ from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Array, Pose, readonly
 from ..synergies.space import SynergySpace, load_synergies
 from ..values import LONGEST_PART, Value, clipped
+from .capsule_fit import FittedCapsules, fit_capsules
 from .closing import find_closing
 from .closing_synergies import CLOSING, MOTORS, closing_synergies, motor_synergies
 from .contact_frame import ContactFrame, find_contact_frame
 from .description import HandDescription
 from .fingers import find_fingers
+from .geometry_mesh import surface_points
 from .motion import HandMotion
 from .source import HandSource
 
@@ -178,6 +181,19 @@ class Hand(Value):
         """Largest normal force of a contact, from the description [N]; infinite if it names none."""
         given = self.description.limits.normal_force
         return np.inf if given is None else given
+
+    @cached_property
+    def fitted_capsules(self) -> dict[str, FittedCapsules]:
+        """Capsules around each mesh of the collision geometry, in its frame, by the name of the geometry."""
+        fitted: dict[tuple[str, tuple[float, ...]], FittedCapsules] = {}
+        found = {}
+        for entry in self.collision_model.geometryObjects:
+            if isinstance(entry.geometry, coal.BVHModelBase):
+                key = entry.meshPath or entry.name, tuple(np.array(entry.meshScale).tolist())
+                if key not in fitted:
+                    fitted[key] = fit_capsules(surface_points(entry.geometry))
+                found[entry.name] = fitted[key]
+        return found
 
     @cached_property
     def torque_limits(self) -> Array:

@@ -84,4 +84,6 @@ def _fitted(model: Any, finger: Finger, point: Array, normal: Array) -> Fingerti
     radius = float(RADII[fits[-1]] if fits.size else RADII[0])
     frame = next(f for f in model.frames if f.parentJoint == finger.joint and f.type == pin.FrameType.BODY)
     centre = frame.placement.actInv(point - radius * normal)
-    return Fingertip(frame.name, frame.name, rounded(centre), round(radius, 6), "ball that fits the pad's surface")
+    outward = rounded(frame.placement.rotation.T @ normal)
+    why = "ball that fits the pad's surface"
+    return Fingertip(frame.name, frame.name, rounded(centre), round(radius, 6), why, outward)

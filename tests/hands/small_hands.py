@@ -168,7 +168,7 @@ def write_hand(folder: Path, name: str, text: str | None = None) -> Path:
     if name == "mesh_links":
         for length in (0.05, 0.04):
             solid = trimesh.creation.capsule(height=length - 0.016, radius=0.008, count=[16, 16])
-            solid.apply_translation([0.0, 0.0, 0.008])
+            solid.apply_translation([0.0, 0.0, -float(solid.bounds[0, 2])])
             (folder / "meshes").mkdir(exist_ok=True)
             solid.export(folder / "meshes" / f"rod_{round(1000 * length)}.stl")
     path = folder / f"{name}.urdf"
