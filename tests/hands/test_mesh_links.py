@@ -87,12 +87,3 @@ def test_meshes_that_overlap_have_a_depth(hand):
     apart, inside = (coal.Transform3s(np.eye(3), np.array([x, 0.0, 0.0])) for x in (0.02, 0.012))
     assert signed_distance(mesh, apart, mesh, coal.Transform3s())[0] == pytest.approx(0.004, abs=4e-4)
     assert signed_distance(mesh, inside, mesh, coal.Transform3s())[0] < 0.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("text", ["cylinder:radius=0.025,height=0.1", "box:x=0.05,y=0.05,z=0.05"])
-def test_a_mesh_hand_plans(hand, text):
-    """Default problem, all motors: feasible with links clear, as the judge sees the meshes."""
-    problem = gp.GraspProblem(hand, gp.parse_object(text))
-    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=25, enough=1))
-    assert grasp.feasible, grasp.verdict
