@@ -27,6 +27,7 @@ RESULT_OR_RUN = click.Path(exists=False, path_type=Path)
 @click.option("--port", type=click.IntRange(0, 65535), default=DEFAULT_PORT, show_default=True, help="0 for any free.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
 @click.option("--allow-remote", is_flag=True, help="Allow an address that other machines can reach.")
+@click.option("--token", is_flag=True, help="Ask for a token, part of the address, also on this machine.")
 @click.option("--no-open", is_flag=True, help="Do not open the browser.")
 def view(
     result: Path | None,
@@ -36,6 +37,7 @@ def view(
     port: int,
     host: str,
     allow_remote: bool,
+    token: bool,
     no_open: bool,
 ) -> None:
     """Open the interactive viewer in the browser.
@@ -60,10 +62,10 @@ def view(
         rows = RunRows(result, where=where, row=row, hand=hand)
     elif result is not None:
         grasp = opened_grasp(result, hand)
-    viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote, rows=rows)
+    viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote, token=token, rows=rows)
     if host not in LOOPBACK:
         click.echo(
-            f"Warning: everyone who can reach {host} can see and steer this page; there is no password.", err=True
+            f"Warning: whoever has the address below and can reach {host} can see and steer this page.", err=True
         )
     click.echo(f"The viewer is at {viewer.url}; press Ctrl+C to end it.")
     if not no_open:

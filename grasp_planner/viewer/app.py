@@ -64,6 +64,7 @@ class GraspViewer:
         host: str = "127.0.0.1",
         port: int = 0,
         allow_remote: bool = False,
+        token: bool = False,
         note: str = "",
         rows: RunRows | None = None,
     ) -> None:
@@ -74,6 +75,7 @@ class GraspViewer:
             host: Address to listen on.
             port: Port, or 0 for any.
             allow_remote: Whether addresses other than loopback are allowed.
+            token: Whether the page is only for who has the address with its token; always so off loopback.
             note: Where the grasp comes from.
             rows: Rows of a batch run to go through, instead of a grasp.
 
@@ -84,7 +86,7 @@ class GraspViewer:
         if rows is not None:
             grasp, note = rows.grasp()
         shown = grasp or first_grasp()
-        self.server = LocalServer(host=host, port=port, allow_remote=allow_remote)
+        self.server = LocalServer(host=host, port=port, allow_remote=allow_remote, token=token)
         self.session = Session(shown, note or ("a grasp to begin with" if grasp is None else "loaded"))
         self.picture = Picture(self.server)
         self.picture.aim(shown)

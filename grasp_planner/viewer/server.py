@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import inspect
 import io
 import math
 import re
+import secrets
 import threading
 from collections.abc import Awaitable, Callable, Iterator
+from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
@@ -41,13 +44,16 @@ class LocalServer(viser.ViserServer):
             thread of the network.
     """
 
-    def __init__(self, *, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False) -> None:
+    def __init__(
+        self, *, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False, token: bool = False
+    ) -> None:
         """Start the server.
 
         Args:
             host: Address to listen on.
             port: Port, or 0 for any; the next free one if it is taken.
             allow_remote: Whether addresses other than loopback are allowed.
+            token: Whether only who knows the address with its token gets the page; always so off loopback.
 
         Raises:
             InvalidValueError: If the address is not loopback and that was not allowed.
@@ -56,7 +62,9 @@ class LocalServer(viser.ViserServer):
             raise InvalidValueError("host", host, "127.0.0.1 unless --allow-remote is given")
         hosts = [*LOOPBACK, host]
         self.page_asked: Callable[[dict[str, str]], None] = lambda _: None
-        checked = _checked_requests(hosts, any_host=host in ("0.0.0.0", "::"), opened=self._opened)
+        self.token = secrets.token_urlsafe(24) if token or host not in LOOPBACK else ""
+        any_host = host in ("0.0.0.0", "::")
+        checked = _checked_requests(hosts, any_host=any_host, token=self.token, opened=self._opened)
         with checked, contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=port, label="Grasp viewer", verbose=False)
         self._guard()
@@ -66,7 +74,8 @@ class LocalServer(viser.ViserServer):
     def url(self) -> str:
         """Address of the page."""
         host = self.get_host()
-        return f"http://{'127.0.0.1' if host in ('0.0.0.0', '::') else host}:{self.get_port()}"
+        address = f"http://{'127.0.0.1' if host in ('0.0.0.0', '::') else host}:{self.get_port()}"
+        return f"{address}/?token={self.token}" if self.token else address
 
     def request_share_url(self, verbose: bool = True) -> None:
         """Refuse to open a public tunnel."""
@@ -82,7 +91,10 @@ class LocalServer(viser.ViserServer):
         address = urlsplit(request.path)
         navigation = request.headers.get("Sec-Fetch-Mode"), request.headers.get("Sec-Fetch-Dest")
         if address.path == "/" and address.query and navigation == ("navigate", "document"):
-            self.page_asked(dict(parse_qsl(address.query[:MAX_TEXT])))
+            query = dict(parse_qsl(address.query[:MAX_TEXT]))
+            query.pop("token", None)
+            if query:
+                self.page_asked(query)
 
     def _guard(self) -> None:
         """Put checks in front of the handlers of everything that a page can send."""
@@ -100,6 +112,8 @@ class LocalServer(viser.ViserServer):
 
         async def handle(client_id: Any, message: Any) -> None:
             if not check(message):
+                if kind is messages.FileTransferStartUpload:
+                    self._say_refused(client_id)
                 return
             for handler in inner:
                 result = handler(client_id, message)
@@ -126,6 +140,13 @@ class LocalServer(viser.ViserServer):
             return False
         under_way = len(self.gui._current_file_upload_states)
         return 0 <= size <= MAX_RECORD_BYTES and 0 <= parts <= MAX_PARTS and under_way < MAX_UPLOADS
+
+    def _say_refused(self, client_id: Any) -> None:
+        """Tell who began an upload why it goes nowhere."""
+        client = self.get_clients().get(client_id)
+        if client is not None:
+            text = f"At most {MAX_RECORD_BYTES // 1_000_000} MB, and {MAX_UPLOADS} files at once."
+            client.add_notification("The upload is refused", text, color="red")
 
     def _checked_part(self, message: Any) -> bool:
         """Return whether a part fits into its upload; drops the upload if not."""
@@ -187,27 +208,68 @@ async def _wait(result: Awaitable[Any]) -> None:
 
 
 @contextlib.contextmanager
-def _checked_requests(hosts: list[str], *, any_host: bool, opened: Callable[[Any], None]) -> Iterator[None]:
-    """Make websocket servers created meanwhile refuse pages of other origins (HTTP 403) and report opened pages."""
+def _checked_requests(hosts: list[str], *, any_host: bool, token: str, opened: Callable[[Any], None]) -> Iterator[None]:
+    """Make websocket servers created meanwhile refuse what is not from their own page, and report opened pages.
+
+    Refused with HTTP 403 are other names of this machine (a foreign name that resolves to it makes a foreign page look
+    like the own one), pages of other origins, and, if there is a token, who does not know it.
+    """
     names = "|".join(re.escape(f"[{host}]" if ":" in host else host) for host in hosts)
     # On all interfaces the names of the machine are not known; the page's origin has to be the host it asked for.
     pattern = re.compile(r"https?://[^/]+" if any_host else rf"https?://({names})(:\d+)?")
     with _patching:
         original = websocket_server.serve
 
-        def serve(*args: Any, process_request: Any = None, **kwargs: Any) -> Any:
+        def serve(handler: Any, *args: Any, process_request: Any = None, **kwargs: Any) -> Any:
+            async def guarded(connection: Any) -> None:
+                try:
+                    await handler(connection)
+                except Exception:  # bytes that are no message fail in many ways
+                    await connection.close(1003, "not understood")
+
             def check(connection: Any, request: Any) -> Any:
+                if not any_host and _host_name(request) not in hosts:
+                    return connection.respond(403, "foreign host\n")
+                if token and not _knows(request, token):
+                    return connection.respond(403, "the token of the address is missing\n")
                 origin = request.headers.get("Origin")
                 if origin is not None and urlsplit(origin).netloc != request.headers.get("Host"):
                     return connection.respond(403, "foreign origin\n")
                 if request.headers.get("Upgrade") is None:
                     opened(request)
-                return process_request(connection, request) if process_request is not None else None
+                response = process_request(connection, request) if process_request is not None else None
+                if token and response is not None:
+                    cookie = f"{_cookie_name(token)}={token}; HttpOnly; SameSite=Lax; Path=/"
+                    response.headers["Set-Cookie"] = cookie
+                return response
 
-            return original(*args, process_request=check, origins=[pattern, None], **kwargs)
+            return original(guarded, *args, process_request=check, origins=[pattern, None], **kwargs)
 
         websocket_server.serve = serve  # type: ignore[misc,assignment]
         try:
             yield
         finally:
             websocket_server.serve = original  # type: ignore[misc]
+
+
+def _host_name(request: Any) -> str:
+    """Return the name by which a request calls this machine; empty if it is none."""
+    try:
+        return urlsplit(f"//{request.headers.get('Host', '')}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _cookie_name(token: str) -> str:
+    """Return the name of the cookie of a token: viewers of one machine share its cookies."""
+    return f"grasp_viewer_{hashlib.sha256(token.encode()).hexdigest()[:12]}"
+
+
+def _knows(request: Any, token: str) -> bool:
+    """Return whether a request has the token, in its address or its cookie."""
+    given = [value for key, value in parse_qsl(urlsplit(request.path).query[:MAX_TEXT]) if key == "token"]
+    with contextlib.suppress(CookieError):
+        for text in request.headers.get_all("Cookie"):
+            found = SimpleCookie(text).get(_cookie_name(token))
+            given += [found.value] if found is not None else []
+    return any(secrets.compare_digest(value.encode(), token.encode()) for value in given)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import struct
+import threading
 import time
 import warnings
 
@@ -139,7 +141,74 @@ def test_cache_is_used_and_not_trusted(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     for damage in (b"", b"PK\x03\x04 not a zip", stored.read_bytes()[:2000]):
         stored.write_bytes(damage)
-        assert gp.MeshObject.load(path).distance_error == first.distance_error
+        with pytest.warns(grid_cache.CacheWarning, match="damaged; the distance grid is built anew"):
+            assert gp.MeshObject.load(path).distance_error == first.distance_error
+    data = bytearray(stored.read_bytes())
+    data[len(data) // 2] ^= 4  # one bit of a number
+    stored.write_bytes(data)
+    with pytest.warns(grid_cache.CacheWarning):
+        np.testing.assert_array_equal(gp.MeshObject.load(path).sample(points).distance, first.sample(points).distance)
+
+
+def test_a_number_changed_within_a_sound_archive_is_noticed(tmp_path, monkeypatch):
+    """The checksum is of the numbers, not only of the archive."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    path = box(tmp_path, size=(0.02, 0.02, 0.02))
+    gp.MeshObject.load(path)
+    (stored,) = grid_cache.cache_folder().iterdir()
+    with np.load(stored) as data:
+        arrays = dict(data)
+    arrays["coefficients"] = arrays["coefficients"] * np.float32(1.001)
+    np.savez(stored, **arrays)
+    with pytest.warns(grid_cache.CacheWarning):
+        gp.MeshObject.load(path)
+
+
+def test_the_cache_keeps_within_its_size(tmp_path, monkeypatch):
+    """What was not used for longest goes, the new entry stays, and what a kill left half goes after a day."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    sides = (0.020, 0.021, 0.022)
+    paths = [box(tmp_path, f"{side}.stl", size=(side, side, side)) for side in sides]
+    names = []
+    for age, path in zip((300, 200), paths, strict=False):
+        before = set(grid_cache.cache_folder().glob("*"))
+        gp.MeshObject.load(path)
+        (new,) = set(grid_cache.cache_folder().glob("*")) - before
+        os.utime(new, (time.time() - age,) * 2)
+        names.append(new)
+    gp.MeshObject.load(paths[0])  # used again: now the second is the oldest
+    half = grid_cache.cache_folder() / ".half.part"
+    half.write_bytes(b"x")
+    os.utime(half, (0, 0))
+    monkeypatch.setattr(grid_cache, "MAX_CACHE_BYTES", int(2.5 * names[0].stat().st_size))
+    gp.MeshObject.load(paths[2])
+    left = set(grid_cache.cache_folder().iterdir())
+    assert names[0] in left and names[1] not in left and half not in left and len(left) == 2
+    monkeypatch.setattr(grid_cache, "MAX_CACHE_BYTES", 0)
+    gp.MeshObject.load(paths[1])
+    assert len(list(grid_cache.cache_folder().iterdir())) == 1
+
+
+def test_two_writers_at_once_leave_one_sound_entry(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    path = box(tmp_path, size=(0.02, 0.02, 0.02))
+    errors = []
+
+    def load():
+        try:
+            gp.MeshObject.load(path)
+        except Exception as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=load) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not errors
+    assert len(list(grid_cache.cache_folder().iterdir())) == 1
+    monkeypatch.setattr(grid_cache, "build_distance_grid", None)
+    gp.MeshObject.load(path)
 
 
 @pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "dae"])

@@ -1,12 +1,13 @@
 """The server against what pages and attackers can send, and several browsers at once: on the wire, no browser."""
 
 import http.client
+import json
 import time
 
 import numpy as np
 import pytest
 import viser
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import grasp_planner as gp
@@ -18,11 +19,11 @@ from .protocol_client import ProtocolClient
 EVIL = "http://evil.example"
 
 
-def shake_hands(port, origin=None, host=None):
+def shake_hands(port, origin=None, query="", cookie=None):
     """Open and close a websocket as a page of some origin would."""
-    headers = {"Host": host} if host else None
+    headers = {"Cookie": cookie} if cookie else None
     with connect(
-        f"ws://127.0.0.1:{port}/",
+        f"ws://127.0.0.1:{port}/{query}",
         subprotocols=[f"viser-v{viser.__version__}"],
         origin=origin,
         additional_headers=headers,
@@ -59,9 +60,13 @@ def test_the_server_listens_on_loopback_only(viewer):
 def test_on_all_interfaces_foreign_origins_are_still_refused():
     server = LocalServer(host="0.0.0.0", allow_remote=True)
     try:
+        own = f"http://127.0.0.1:{server.get_port()}"
         with pytest.raises(InvalidStatus):
-            shake_hands(server.get_port(), EVIL)
-        shake_hands(server.get_port(), f"http://127.0.0.1:{server.get_port()}")
+            shake_hands(server.get_port(), EVIL, query=f"?token={server.token}")
+        with pytest.raises(InvalidStatus) as refused:
+            shake_hands(server.get_port(), own)
+        assert refused.value.response.status_code == 403, "off loopback there is always a token"
+        shake_hands(server.get_port(), own, query=f"?token={server.token}")
     finally:
         server.stop()
 
@@ -200,3 +205,68 @@ def test_clipping_covers_every_widget_of_the_page(viewer):
             viewer_server.clipped(handle, {"a": 1})
         if isinstance(handle.value, float) and hasattr(handle, "max") and handle.max is not None:
             assert viewer_server.clipped(handle, 1e300) <= handle.max
+
+
+def page(port, path="/", **headers):
+    """Ask for the page; return status and cookie."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.putrequest("GET", path, skip_host="Host" in headers)
+    for name, value in headers.items():
+        connection.putheader(name, value)
+    connection.endheaders()
+    response = connection.getresponse()
+    response.read()
+    connection.close()
+    return response.status, response.getheader("Set-Cookie")
+
+
+def test_the_page_needs_the_token_and_then_its_cookie_is_enough():
+    server = LocalServer(token=True)
+    try:
+        port, name = server.get_port(), f"?token={server.token}"
+        assert server.url.endswith(name) and len(server.token) >= 32
+        for path in ("/", "/?token=", "/?token=x", f"/?token={server.token}x", "/?Token=" + server.token):
+            assert page(port, path)[0] == 403
+        status, cookie = page(port, "/" + name)
+        assert status == 200 and "HttpOnly" in cookie and "SameSite" in cookie
+        assert page(port, Cookie=cookie.split(";")[0])[0] == 200
+        assert page(port, Cookie=cookie.split("=")[0] + "=x")[0] == 403
+        shake_hands(port, f"http://127.0.0.1:{port}", cookie=cookie.split(";")[0])
+        with pytest.raises(InvalidStatus):
+            shake_hands(port, f"http://127.0.0.1:{port}")
+    finally:
+        server.stop()
+
+
+def test_on_loopback_the_page_needs_no_token_unless_asked_for(viewer):
+    assert viewer.server.token == "" and page(viewer.server.get_port())[0] == 200
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8080", "127.0.0.1.evil.example", "", "[", "10.0.0.1"])
+def test_foreign_names_of_this_machine_get_403(viewer, host):
+    assert page(viewer.server.get_port(), Host=host)[0] == 403
+    assert page(viewer.server.get_port(), Host="localhost:1")[0] == 200
+
+
+@pytest.mark.parametrize("frame", ["text", b"", b"\xc1", b"\x93\x01\x02", b"\x81\xa4type\xa4Nope", b"\x80"])
+def test_frames_that_are_no_message_close_the_connection_and_nothing_else(viewer, client, frame, capfd):
+    port = viewer.server.get_port()
+    with connect(f"ws://127.0.0.1:{port}/", subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as socket:
+        socket.send(frame)
+        with pytest.raises(ConnectionClosed) as closed:
+            while True:
+                socket.recv(timeout=10)
+    assert closed.value.rcvd.code == 1003
+    assert "Traceback" not in capfd.readouterr().err
+    shake_hands(port, viewer.url)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("object", "mesh:/etc/passwd.stl"), ("object", "mesh:a.stl"), ("hand", "/etc/passwd"), ("hand", "a/b.toml")],
+)
+def test_files_named_in_an_upload_are_not_opened(viewer, grasp, key, value):
+    record = json.loads(gp.grasp_json(grasp))
+    record[key] = value
+    with pytest.raises(gp.InvalidValueError, match=key):
+        viewer.share.open_bytes(json.dumps(record).encode())

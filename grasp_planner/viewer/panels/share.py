@@ -8,7 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
-from ...exceptions import FileFormatError, GraspPlannerError
+from ...exceptions import FileFormatError, GraspPlannerError, InvalidValueError
+from ...hand.description import hand_library
+from ...hand.loading import load_hand
 from ...records.grasp_record import grasp_from_record, grasp_json, parse_grasp_record
 from ..export import grasp_html
 from ..session import Session
@@ -53,7 +55,14 @@ class SharePanel:
         Raises:
             GraspPlannerError: If it is too large, no JSON, breaks the contract or names what does not exist.
         """
-        grasp = grasp_from_record(parse_grasp_record(content, "the uploaded file"))
+        record, own = parse_grasp_record(content, "the uploaded file"), self._session.problem
+        allowed = "an object without a file, or that shown; the command line opens files that name others"
+        if record.object.partition(":")[0] == "mesh" and record.object != own.grasp_object.text:
+            raise InvalidValueError("object", record.object, allowed)
+        if record.hand != own.hand.name and record.hand not in hand_library():
+            raise InvalidValueError("hand", record.hand, "a hand of the package, or that shown")
+        hand = own.hand if record.hand == own.hand.name else load_hand(record.hand)
+        grasp = grasp_from_record(record, hand)
         self._session.show(grasp, "opened from a file")
 
     def _open(self, client: viser.ClientHandle | None, content: bytes) -> None:
