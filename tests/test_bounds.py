@@ -48,6 +48,8 @@ def test_yaml_that_is_too_much_or_none_is_one_error(tmp_path, text, reason):
         {"from": 0, "to": 10**400},
         {"integers": [0, 10**20], "count": 2},
         {"uniform": [0.0, 1.0], "count": 10**9},
+        {"uniform": [1.0, 0.0], "count": 2},
+        {"uniform": [-1e308, 1e308], "count": 2},
     ],
 )
 def test_axes_have_a_budget(axis):

@@ -88,6 +88,13 @@ class Uniform(Axis):
     uniform: tuple[Finite, Finite]
     count: Count
 
+    @model_validator(mode="after")
+    def _check(self) -> Uniform:
+        """Check the order of the ends, and that their difference is a number."""
+        if not 0.0 <= self.uniform[1] - self.uniform[0] < math.inf:
+            raise ValueError("[low, high] with low <= high and a finite difference")
+        return self
+
     def values(self, rng: np.random.Generator) -> list[Any]:
         """Return the samples."""
         return [float(value) for value in rng.uniform(*self.uniform, self.count)]
@@ -98,6 +105,13 @@ class LogUniform(Axis):
 
     loguniform: tuple[Positive, Positive]
     count: Count
+
+    @model_validator(mode="after")
+    def _check(self) -> LogUniform:
+        """Check the order of the ends, and that their difference is a number."""
+        if not 0.0 <= self.loguniform[1] - self.loguniform[0] < math.inf:
+            raise ValueError("[low, high] with low <= high and a finite difference")
+        return self
 
     def values(self, rng: np.random.Generator) -> list[Any]:
         """Return the samples."""

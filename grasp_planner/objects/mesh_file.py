@@ -133,7 +133,12 @@ def _cleaned(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """Return a bare mesh with finite, merged vertices and no triangle that is only a line."""
     import trimesh
 
-    vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)
+    try:
+        vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
+    except (OverflowError, TypeError, ValueError):
+        raise FileFormatError(path, "has triangles or vertices that are no numbers") from None
+    if vertices.ndim != 2 or vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
+        raise FileFormatError(path, "has vertices without three coordinates")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise FileFormatError(path, f"a triangle names a vertex that is none of its {len(vertices)}")
     if not np.isfinite(vertices[faces]).all():
