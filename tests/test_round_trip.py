@@ -71,6 +71,9 @@ PROBLEMS = {
             structural_compliance=0.07 / 3,
         ),
     ),
+    "soft fingers": lambda: gp.GraspProblem(
+        RIGHT, gp.Box(), parameters=gp.GraspParameters(contact_model=gp.model.SoftFinger(torsion=0.01 / 3))
+    ),
     "loads": lambda: gp.GraspProblem(
         RIGHT,
         gp.Box(),

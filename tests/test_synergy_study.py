@@ -28,6 +28,7 @@ from grasp_planner.studies.study_statistics import prediction, roc_curve
 from grasp_planner.studies.synergy_study import StudyRow, StudySettings, load_study, run_study, study_case
 from grasp_planner.studies.synergy_study_page import count_rows, prediction_rows, rest_rows, write_study
 from grasp_planner.studies.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
+from tests.stored import stored
 
 
 def made_up(weakest, margin, seed, **changes):
@@ -114,9 +115,8 @@ def test_margins_that_are_not_defined_or_not_bounded(planned, monkeypatch):
     assert static_margins(planned)["endless"] == UNBOUNDED
 
 
-def test_margins_are_those_of_what_is_simulated(right):
-    problem = gp.GraspProblem.paper(right, gp.Sphere(0.035), n_synergies=15, synergy_set="native", contact_set="sphere")
-    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+def test_margins_are_those_of_what_is_simulated():
+    grasp = stored("round_15")
     protocol = replace(find_protocol("dexgraspbench"), start="plan", geometry="contacts", rest_s=0.2, hold_s=0.2)
     tested = grasp_as_simulated(simulate_grasp(grasp, protocol, squeeze=2.0, ladder=False))
     assert tested.problem.parameters.friction == 0.6

@@ -35,6 +35,7 @@ class HandSourceRecord(BaseModel):
         default={}, description="files by path relative to the first; empty for a hand of the package or if too long"
     )
     meshes: dict[str, str] = Field(default={}, description="hash of each collision mesh by its path")
+    locked: dict[str, float] = Field(default={}, description="joints that were fixed, with their values; rad or m")
 
 
 def hand_source_record(hand: Hand) -> HandSourceRecord | None:
@@ -45,7 +46,11 @@ def hand_source_record(hand: Hand) -> HandSourceRecord | None:
     if source.library:
         return HandSourceRecord(path=None, sha256=source.content_hash)
     return HandSourceRecord(
-        path=str(source.path), sha256=source.content_hash, texts=dict(source.texts), meshes=dict(source.meshes)
+        path=str(source.path),
+        sha256=source.content_hash,
+        texts=dict(source.texts),
+        meshes=dict(source.meshes),
+        locked=hand.description.locked,
     )
 
 
@@ -69,7 +74,7 @@ def hand_from_record(name: str, record: HandSourceRecord | None, hand: Hand | No
         rebuilt = _rebuilt(name, record)
         _warn(f"hand {name}: {record.path} is gone; it is rebuilt from the grasp's file")
         return rebuilt
-    found = hand or load_hand(name if record.path is None else Path(record.path))
+    found = hand or load_hand(name if record.path is None else Path(record.path), record.locked)
     if found.source is not None and found.source.content_hash != record.sha256:
         place = "the hand of the package" if found.source.library else str(found.source.path)
         _warn(f"hand {name}: {place} is not what the grasp was planned with; everything is computed with it as it is")
@@ -105,7 +110,7 @@ def _rebuilt(name: str, record: HandSourceRecord) -> Hand:
         make_folder(place.parent)
         write_text(place, _with_meshes(text, record.meshes) if place.suffix == ".urdf" else text)
     try:
-        hand = load_hand(folder / paths[0])
+        hand = load_hand(folder / paths[0], record.locked)
     except GraspPlannerError as error:
         raise FileFormatError(record.path, f"is gone, and rebuilding hand {name} failed: {error}") from None
     texts, meshes = tuple(record.texts.items()), tuple(record.meshes.items())

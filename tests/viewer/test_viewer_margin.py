@@ -5,13 +5,13 @@ import numpy as np
 import grasp_planner as gp
 from grasp_planner.viewer.scene.margin import margin_arrow, withstands
 from grasp_planner.viewer.text import story
+from tests.stored import stored
 
 
-def test_a_plan_at_the_least_force_has_no_margin_and_one_with_load_cases_has(right, planned):
+def test_a_plan_at_the_least_force_has_no_margin_and_one_with_load_cases_has(planned):
     assert "no margin" in withstands(planned)
-    problem = gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=8, loads=gp.LoadCases())
-    held = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
-    assert held.feasible
+    held = stored("round_cylinder")
+    assert held.feasible and held.problem.loads == gp.LoadCases()
     assert f"{held.passive_margin.size:.2f} N" in withstands(held)
     assert "stable" in withstands(held)
     assert withstands(held) in story(held)
