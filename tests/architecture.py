@@ -24,6 +24,7 @@ ROOMS = (
     "model",
     "problem",
     "evaluation",
+    "multistart",
     "judge",
     "terms",
     "grasp",

@@ -24,7 +24,7 @@ def test_the_default_plan_is_the_papers_object_with_load_cases_and_is_feasible(t
     assert result.exit_code == 0, result.output
     record = gp.read_grasp_record(output)
     assert record.feasible
-    assert record.n_synergies == 8
+    assert record.n_synergies == 3
     assert record.parameters.loads.force == 1.0
     assert record.margins.passive.size > 0.9
     assert record.stability.stable

@@ -24,10 +24,14 @@ TASKS = {
     "one synergy": (1, (gp.force_task([0.3, 1.0, 0.0]),)),
 }
 
+LAWS = ("springs", "controllable")
 
-def make_problem(hand, grasp_object, contact_set, task, torque_model="total", joint_compliance=0.1):
+
+def make_problem(
+    hand, grasp_object, contact_set, task, torque_model="total", joint_compliance=0.1, force_law="controllable"
+):
     n_s, tasks = TASKS[task]
-    parameters = gp.GraspParameters(torque_model=torque_model, joint_compliance=joint_compliance)
+    parameters = gp.GraspParameters(torque_model=torque_model, joint_compliance=joint_compliance, force_law=force_law)
     return gp.GraspProblem.paper(hand, grasp_object, tasks, n_s, parameters, contact_set=contact_set)
 
 
@@ -35,12 +39,20 @@ def random_point(problem, rng, spread=0.1):
     """Return an evaluator and a random x away from the reference pose of the chart."""
     start = gp.random_start(problem, rng)
     evaluator = StateEvaluator(problem, start.palm_pose)
-    x = evaluator.pack(start.joint_angles, start.palm_pose, rng.normal(0.0, 1e-4, problem.n_synergies))
     layout = evaluator.layout
+    forces = rng.normal(0.0, 2.0, (len(problem.frames), 3)) if layout.n_forces else None
+    x = evaluator.pack(start.joint_angles, start.palm_pose, rng.normal(0.0, 1e-4, problem.n_synergies), forces)
     x[layout.joints] = problem.hand.lower + (problem.hand.upper - problem.hand.lower) * rng.random(layout.n_joints)
     x[layout.translation] += rng.normal(0.0, 0.01, 3)
     x[layout.rotation] += rng.normal(0.0, spread, 3)
     return evaluator, x
+
+
+def grasp_at(evaluator, x):
+    """Return the grasp that stands at x."""
+    problem, layout = evaluator.problem, evaluator.layout
+    delta_sigma = np.zeros(problem.n_synergies) if layout.n_forces else x[layout.displacement]
+    return gp.Grasp(problem, x[layout.joints], evaluator.palm_pose(x), delta_sigma, evaluator.forces_in_object(x))
 
 
 def steps_of(layout):
@@ -63,15 +75,16 @@ def check_all(problem, rng):
     for cost in (each.cost for each in problem_objective(problem).terms):
         numeric = central_differences(lambda y, c=cost: [c.value(problem, evaluator.evaluate(y))], x, steps)
         assert relative_error(cost.gradient(problem, state), numeric) < 1e-6, cost.name
-    numeric = central_differences(lambda y: evaluator.evaluate(y).forces.ravel(), x, steps)
-    assert relative_error(state.d_forces, numeric) < 1e-6
+    numeric = central_differences(lambda y: evaluator.evaluate(y).intensities.ravel(), x, steps)
+    assert relative_error(state.d_intensities, numeric) < 1e-6
 
 
+@pytest.mark.parametrize("force_law", LAWS)
 @pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("contact_set", ["point", "sphere"])
 @pytest.mark.parametrize("object_name", OBJECTS)
-def test_derivatives_of_all_terms(hand, object_name, contact_set, task, rng):
-    check_all(make_problem(hand, OBJECTS[object_name], contact_set, task), rng)
+def test_derivatives_of_all_terms(hand, object_name, contact_set, task, force_law, rng):
+    check_all(make_problem(hand, OBJECTS[object_name], contact_set, task, force_law=force_law), rng)
 
 
 @pytest.mark.parametrize("contact_set", ["point", "sphere"])
@@ -84,21 +97,25 @@ def test_derivatives_at_a_planned_grasp(planned):
     """Where the solver ends they count most: at the solution, with forces on the edge of their cones."""
     problem = planned.problem
     evaluator = StateEvaluator(problem, planned.palm_pose)
-    x = evaluator.pack(planned.joint_angles, planned.palm_pose, planned.delta_sigma)
+    x = evaluator.pack(planned.joint_angles, planned.palm_pose, planned.delta_sigma, planned.contact_forces)
     state, steps = evaluator.evaluate(x), steps_of(evaluator.layout) / 4
     for term in problem_constraints(problem):
         numeric = central_differences(lambda y, t=term: t.residual(problem, evaluator.evaluate(y)), x, steps)
-        assert np.abs(term.jacobian(problem, state) - numeric).max() < 1e-6 * max(np.abs(numeric).max(), 1.0)
+        error = np.abs(term.jacobian(problem, state) - numeric).max(initial=0.0)
+        assert error < 1e-6 * np.abs(numeric).max(initial=1.0)
 
 
-@pytest.mark.parametrize("torque_model", ["total", "internal"])
+@pytest.mark.parametrize(
+    ("torque_model", "force_law"), [("total", "springs"), ("total", "controllable"), ("internal", "controllable")]
+)
 @pytest.mark.parametrize("contact_set", ["point", "sphere"])
 @pytest.mark.parametrize("object_name", OBJECTS)
-def test_the_fast_form_agrees_with_the_clear_formulas(hand, object_name, contact_set, torque_model, rng):
-    problem = make_problem(hand, OBJECTS[object_name], contact_set, "force", torque_model)
+def test_the_fast_form_agrees_with_the_clear_formulas(hand, object_name, contact_set, torque_model, force_law, rng):
+    problem = make_problem(hand, OBJECTS[object_name], contact_set, "force", torque_model, force_law=force_law)
     evaluator, x = random_point(problem, rng)
-    state, layout = evaluator.evaluate(x), evaluator.layout
-    grasp = gp.Grasp(problem, x[layout.joints], evaluator.palm_pose(x), x[layout.displacement])
+    state = evaluator.evaluate(x)
+    layout = evaluator.layout
+    grasp = grasp_at(evaluator, x)
     geometry = state.geometry
     np.testing.assert_allclose(geometry.points, grasp.contacts.points, atol=1e-13)
     np.testing.assert_allclose(geometry.normals, grasp.contacts.normals, atol=1e-12)
@@ -112,6 +129,12 @@ def test_the_fast_form_agrees_with_the_clear_formulas(hand, object_name, contact
     np.testing.assert_allclose(state.friction_margins, smooth, atol=1e-9 * scale)
     assert (state.friction_margins <= grasp.friction_margins).all()
     np.testing.assert_allclose(state.torques, grasp.bending_torques, atol=1e-9 * scale)
+    left = grasp.grasp_matrix @ grasp.forces.ravel() + problem.external_wrench
+    if force_law == "springs":
+        np.testing.assert_allclose(state.balance, left, atol=1e-9 * scale)
+    else:
+        assert state.balance.size == 0
+        np.testing.assert_allclose(left, 0.0, atol=1e-9 * scale)
     assert state.force_norm == pytest.approx(grasp.force_norm, rel=1e-9)
     assert state.task_index == pytest.approx(grasp.task_index, rel=1e-8)
     soft = x[layout.joints] - grasp.reference_joint_angles + problem.joint_compliance * grasp.bending_torques

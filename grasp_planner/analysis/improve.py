@@ -112,7 +112,7 @@ def improve_grasp(
     for _ in range(trials):
         asked = min(target, largest)
         problem = replace(grasp.problem, loads=_asking(loads, goal, asked))
-        start = GraspStart(best.joint_angles, best.palm_pose, best.delta_sigma)
+        start = GraspStart(best.joint_angles, best.palm_pose, best.delta_sigma, best.contact_forces)
         found = plan_grasp(problem, seed=seed, options=options, start=start)
         steps.append(ImprovementStep(asked, found.feasible, found.force_norm, found.task_index))
         if found.feasible:

@@ -19,7 +19,7 @@ class OptimalityProgram:
 
     def __init__(self, grasp: Grasp) -> None:
         self.base = GraspProgram(grasp.problem, grasp.palm_pose)
-        self.z = self.base.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma)
+        self.z = self.base.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces)
         self.objective_scale = self.base.objective_scale(self.z)
         terms = sorted(self.base.constraints, key=lambda term: not term.equality)
         self.terms = terms

@@ -115,14 +115,7 @@ def _settled(program: OptimalityProgram) -> KktPoint:
 
 def _grasp_at(grasp: Grasp, program: OptimalityProgram, z: Array) -> Grasp:
     """Return the grasp at scaled variables."""
-    x, layout, hand = z * program.base.scale, program.layout, grasp.problem.hand
-    return Grasp(
-        problem=grasp.problem,
-        joint_angles=np.clip(x[layout.joints], hand.lower, hand.upper),
-        palm_pose=program.base.evaluator.palm_pose(x),
-        delta_sigma=x[layout.displacement],
-        search=grasp.search,
-    )
+    return program.base.grasp(z, grasp.search)
 
 
 def post_optimality(grasp: Grasp, parameters: Sequence[Parameter] | None = None) -> PostOptimality:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 from scipy.optimize import least_squares
 
 from ..grasp.grasp import Grasp
@@ -167,7 +166,7 @@ def least_violated_point(attempt: Grasp) -> Grasp:
     """
     program = GraspProgram(attempt.problem, attempt.palm_pose)
     nlp = program.build("one")
-    z0 = program.pack(attempt.joint_angles, attempt.palm_pose, attempt.delta_sigma)
+    z0 = program.pack(attempt.joint_angles, attempt.palm_pose, attempt.delta_sigma, attempt.contact_forces)
     inside = 1e-9
     free = np.isfinite(nlp.lower)
     lower, upper = nlp.lower.copy(), nlp.upper.copy()
@@ -181,13 +180,7 @@ def least_violated_point(attempt: Grasp) -> Grasp:
         return np.vstack([nlp.equality(z)[1], slopes * (values < 0.0)[:, None]])
 
     result = least_squares(residual, z0, jacobian, bounds=(lower, upper), max_nfev=300, xtol=1e-12, ftol=1e-12)
-    x, layout = result.x * program.scale, program.evaluator.layout
-    return Grasp(
-        problem=attempt.problem,
-        joint_angles=np.clip(x[layout.joints], attempt.problem.hand.lower, attempt.problem.hand.upper),
-        palm_pose=pin.SE3(program.evaluator.palm_pose(x)),
-        delta_sigma=x[layout.displacement],
-    )
+    return program.grasp(result.x)
 
 
 def _smallest_change(
@@ -199,7 +192,7 @@ def _smallest_change(
         problem = knob.apply(value)
         delta_sigma = np.zeros(problem.n_synergies)
         delta_sigma[: near.problem.n_synergies] = near.delta_sigma
-        start = GraspStart(near.joint_angles, near.palm_pose, delta_sigma)
+        start = GraspStart(near.joint_angles, near.palm_pose, delta_sigma, near.contact_forces)
         grasp = plan_grasp(problem, seed=seed, options=options, start=start, cancel=cancel)
         return grasp if grasp.feasible else None
 

@@ -143,8 +143,11 @@ class GraspCase(BaseModel):
                 own = {each.column: getattr(options, each.name) for each in COLUMNS.values() if each.group == group}
                 values |= own
             if hand is not None:
-                number = default_synergies(hand, self.settings.get("synergy_set"), paper=self.paper)
-                defaults = {"n_synergies": number, **hand_parameters(hand)}
+                motion = any(parse_task(task).is_motion for task in self.task)
+                name = self.settings.get("synergy_set")
+                number = default_synergies(hand, name, clear=not self.paper, motion=motion)
+                law = GraspParameters(torque_model=values["torque_model"]).of_hand(hand).force_law
+                defaults = {"n_synergies": number, "force_law": law, **hand_parameters(hand)}
                 values |= {name: value for name, value in defaults.items() if name in COLUMNS and values[name] is None}
         return {name: _typed(COLUMNS[name], value) for name, value in values.items()}
 

@@ -71,7 +71,7 @@ class ClearanceEvaluator:
     def __init__(self, problem: GraspProblem) -> None:
         self.problem, self.options = problem, problem.clearance
         hand = problem.hand
-        self.layout = VariableLayout(hand.n_joints, problem.n_synergies)
+        self.layout = VariableLayout.of(problem)
         self._masks = np.zeros((hand.model.njoints, hand.model.nv))
         for joint, support in enumerate(hand.model.supports):
             self._masks[joint, [hand.model.joints[k].idx_v for k in support.tolist()[1:]]] = 1.0

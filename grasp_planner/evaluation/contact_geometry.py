@@ -95,7 +95,7 @@ class ContactGeometryEvaluator:
     def __init__(self, problem: GraspProblem, chart: PoseChart) -> None:
         self.problem = problem
         self.chart = chart
-        self.layout = VariableLayout(problem.hand.n_joints, problem.n_synergies)
+        self.layout = VariableLayout.of(problem)
         self._kinematics = HandKinematics(problem.hand, problem.frames)
         self._radii = problem.radii
         self._round = bool(self._radii.any())

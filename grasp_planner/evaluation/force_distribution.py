@@ -56,12 +56,14 @@ class ForceDistribution:
         right[:, :n_g] += d_grasp
         return forces, free - self.spread @ (self.core_inverse @ right)
 
+    def balance(self, wrench: Array) -> tuple[Array, Array]:
+        """Return what the forces leave of the load: nothing, by construction; no rows."""
+        size = self.geometry.d_points.shape[2] + self.synergy_jacobian.shape[1]
+        return np.zeros(0), np.zeros((0, size))
+
     def torques(self, forces: Array, d_forces: Array) -> tuple[Array, Array]:
         """Return τ = Jᵀ f [N m] and ∂τ/∂x, of shapes (n_q,) and (n_q, n_x)."""
-        d_jacobian = self.geometry.d_jacobian
-        d_torques = self.geometry.jacobian.T @ d_forces
-        d_torques[:, : len(d_jacobian)] += (forces @ d_jacobian).T
-        return self.geometry.jacobian.T @ forces, d_torques
+        return joint_torques(self.geometry, forces, d_forces)
 
     def _jacobian_products(self, strain: Array) -> tuple[Array, Array]:
         """Return dJ S δσ and (dJ C_q Jᵀ + J C_q dJᵀ) a for fixed S δσ and a, each of shape (m, n_g)."""
@@ -71,3 +73,11 @@ class ForceDistribution:
         products = (d_jacobian.reshape(n_g * m, n_q) @ vectors).reshape(n_g, m, 2)
         d_softness = products[:, :, 1].T + (jacobian * c_q) @ (strain @ d_jacobian).T
         return products[:, :, 0].T, d_softness
+
+
+def joint_torques(geometry: ContactGeometry, forces: Array, d_forces: Array) -> tuple[Array, Array]:
+    """Return τ = Jᵀ f [N m] and ∂τ/∂x, of shapes (n_q,) and (n_q, n_x)."""
+    d_jacobian = geometry.d_jacobian
+    d_torques = geometry.jacobian.T @ d_forces
+    d_torques[:, : len(d_jacobian)] += (forces @ d_jacobian).T
+    return geometry.jacobian.T @ forces, d_torques

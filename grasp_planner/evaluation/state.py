@@ -1,7 +1,8 @@
 """The grasp at one point of the search: every quantity of the model and its derivatives, evaluated once.
 
-The implicit posture (10) becomes the compliance equation S_⊥ᵀ (q − q̄ + C_q τ) = 0, of n_q − n_s rows. This is
-the fast form; its oracle are the one-formula functions of contacts, compliance, friction and task.
+Forces follow from δσ by eq. (17), or are variables of their own that springs and equilibrium alone bind. The implicit
+posture (10) becomes the compliance equation S_⊥ᵀ (q − q̄ + C_q τ) = 0, of n_q − n_s rows. This is the fast form; its
+oracle are the one-formula functions of contacts, compliance, friction and task.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from ..spatial import Array
 from .clearance import ClearanceEvaluator, ClearanceState
 from .contact_geometry import ContactGeometry, ContactGeometryEvaluator
 from .force_distribution import ForceDistribution
+from .free_forces import FreeForces, turned_intensities
 from .load_response import LoadEvaluator, LoadState
 from .variables import PoseChart, VariableLayout
 
@@ -33,8 +35,9 @@ class GraspState:
     Attributes:
         x: The variables.
         geometry: Contact points, normals, gaps, G, J.
-        delta_sigma: δσ [rad], of shape (n_s,).
+        delta_sigma: δσ [rad], of shape (n_s,); (0,) where forces come from springs.
         intensities: Intensities λ of the contacts, for hard fingers their forces [N], of shape (n_c, d).
+        balance: G λ + w_ext [N, N m], of shape (6,); (0,) by (17), whose forces balance the load by construction.
         normal_forces: f_n [N], of shape (n_c,).
         friction_margins: μ f_n − √(|λ − f_n ν|² + ε²), for hard fingers μ f_n − √(|f_t|² + ε²) [N], of shape (n_c,).
         torques: Joint torques that bend the joints in (10), by the chosen torque model [N m], of shape (n_q,).
@@ -44,6 +47,7 @@ class GraspState:
         task_index: C.
         d_gaps: ∂gaps/∂x, of shape (n_c, n_x).
         d_intensities: ∂λ/∂x, of shape (d n_c, n_x).
+        d_balance: ∂balance/∂x, of shape (6 or 0, n_x).
         d_normal_forces: ∂f_n/∂x, of shape (n_c, n_x).
         d_friction_margins: ∂friction_margins/∂x, of shape (n_c, n_x).
         d_reference: ∂q_r/∂x, of shape (n_q, n_x).
@@ -58,6 +62,7 @@ class GraspState:
     geometry: ContactGeometry
     delta_sigma: Array
     intensities: Array
+    balance: Array
     normal_forces: Array
     friction_margins: Array
     torques: Array
@@ -67,6 +72,7 @@ class GraspState:
     task_index: float
     d_gaps: Array
     d_intensities: Array
+    d_balance: Array
     d_normal_forces: Array
     d_friction_margins: Array
     d_reference: Array
@@ -105,16 +111,35 @@ class StateEvaluator:
 
     def __init__(self, problem: GraspProblem, reference_pose: pin.SE3) -> None:
         self.problem = problem
-        self.layout = VariableLayout(problem.hand.n_joints, problem.n_synergies)
+        self.layout = VariableLayout.of(problem)
         self.chart = PoseChart.around(reference_pose)
         self._geometry = ContactGeometryEvaluator(problem, self.chart)
         self._clearance = ClearanceEvaluator(problem) if problem.clearance.needs_geometry else None
         self._loads = LoadEvaluator(problem) if problem.loads.active else None
         self._complement = problem.synergies.complement()
 
-    def pack(self, q: Array, pose: pin.SE3, delta_sigma: Array) -> Array:
-        """Return x of a posture [rad], a palm pose in O and synergy displacements [rad]."""
-        return np.concatenate([q, self.chart.coordinates(pose), delta_sigma])
+    def pack(self, q: Array, pose: pin.SE3, delta_sigma: Array, contact_forces: Array | None = None) -> Array:
+        """Return x of a posture [rad], a palm pose in O and what makes the forces.
+
+        Args:
+            q: Joint angles [rad], of shape (n_q,).
+            pose: Pose of the palm in O.
+            delta_sigma: δσ [rad], of shape (n_s,); not used where forces come from springs.
+            contact_forces: λ in O [N], of shape (n_c, d), where they do; none if left out.
+        """
+        w = self.chart.coordinates(pose)
+        if not self.layout.n_forces:
+            return np.concatenate([q, w, delta_sigma])
+        if contact_forces is None:
+            return np.concatenate([q, w, np.zeros(self.layout.n_forces)])
+        return np.concatenate([q, w, turned_intensities(contact_forces, np.array(pose.rotation).T).ravel()])
+
+    def forces_in_object(self, x: Array) -> Array | None:
+        """Return the intensities at x in O [N], of shape (n_c, d); None where δσ makes them, eq. (17)."""
+        if not self.layout.n_forces:
+            return None
+        rotation, _ = self.chart.pose(x[self.layout.pose])
+        return turned_intensities(x[self.layout.forces].reshape(len(self.problem.frames), -1), rotation)
 
     def palm_pose(self, x: Array) -> pin.SE3:
         """Return the pose of the palm frame in O at x."""
@@ -139,8 +164,13 @@ class StateEvaluator:
         problem, layout = self.problem, self.layout
         q, delta_sigma = x[layout.joints], x[layout.displacement]
         geometry = self._geometry.evaluate(x)
-        distribution = ForceDistribution(problem, geometry, delta_sigma)
+        distribution: ForceDistribution | FreeForces
+        if layout.n_forces:
+            distribution = FreeForces(problem, geometry, layout, x)
+        else:
+            distribution = ForceDistribution(problem, geometry, delta_sigma)
         forces, d_forces = distribution.forces(problem.external_wrench)
+        balance, d_balance = distribution.balance(problem.external_wrench)
         bending = (forces, d_forces)
         if problem.parameters.torque_model == "internal":
             bending = distribution.forces(np.zeros(6))
@@ -164,6 +194,7 @@ class StateEvaluator:
             geometry=geometry,
             delta_sigma=delta_sigma,
             intensities=by_contact,
+            balance=balance,
             normal_forces=normal,
             friction_margins=margins,
             torques=torques,
@@ -173,6 +204,7 @@ class StateEvaluator:
             task_index=task_index,
             d_gaps=self._pad(geometry.d_gaps),
             d_intensities=d_forces,
+            d_balance=d_balance,
             d_normal_forces=d_normal,
             d_friction_margins=d_margins,
             d_reference=d_reference,

@@ -1,8 +1,10 @@
-"""The decision variables of the search: joint angles, palm pose chart and synergy displacements as one vector.
+"""The decision variables of the search: joint angles, palm pose chart and what makes the forces, as one vector.
 
-``x = (q, w, δσ)``: q the n_q joint angles [rad]; w a chart of the palm pose around a fixed one, a translation [m]
-and a rotation vector [rad] applied on the left, both in O; δσ the n_s synergy displacements [rad]. The paper's
-(σ, δσ, w) has the same feasible set: σ is read off afterwards from q = q̄ + S σ − C_q τ (10).
+``x = (q, w, δσ)`` by eq. (17), ``x = (q, w, f)`` where forces come from springs: q the n_q joint angles [rad]; w a
+chart of the palm pose around a fixed one, a translation [m] and a rotation vector [rad] applied on the left, both in
+O; δσ the n_s synergy displacements [rad]; f the contact forces in the palm frame [N], where Jᵀ f does not see the
+pose. The paper's (σ, δσ, w) has the same feasible set as the first: σ is read off afterwards from
+q = q̄ + S σ − C_q τ (10).
 """
 
 from __future__ import annotations
@@ -12,29 +14,39 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from ..problem.problem import GraspProblem
 from ..spatial import Array, rotation_exp, rotation_left_jacobian
 
 
 @dataclass(frozen=True)
 class VariableLayout:
-    """Where q, w and δσ sit in x.
+    """Where q, w and δσ or f sit in x.
 
     Attributes:
         n_joints: n_q.
-        n_synergies: n_s.
+        n_displacements: n_s, or 0 where forces come from springs.
+        n_forces: d n_c where forces come from springs, 3 n_c for hard fingers, else 0.
     """
 
     n_joints: int
-    n_synergies: int
+    n_displacements: int
+    n_forces: int = 0
+
+    @classmethod
+    def of(cls, problem: GraspProblem) -> VariableLayout:
+        """Return the layout of a problem."""
+        if problem.parameters.force_law == "springs":
+            return cls(problem.hand.n_joints, 0, problem.contact_model.dimension * len(problem.frames))
+        return cls(problem.hand.n_joints, problem.n_synergies)
 
     @property
     def size(self) -> int:
         """Number of variables."""
-        return self.n_joints + 6 + self.n_synergies
+        return self.n_joints + 6 + self.n_displacements + self.n_forces
 
     @property
     def n_geometric(self) -> int:
-        """Number of variables that move something: all but δσ."""
+        """Number of variables that move something: all but δσ and f."""
         return self.n_joints + 6
 
     @property
@@ -60,7 +72,12 @@ class VariableLayout:
     @property
     def displacement(self) -> slice:
         """Synergy displacements δσ [rad]."""
-        return slice(self.n_joints + 6, self.size)
+        return slice(self.n_joints + 6, self.n_joints + 6 + self.n_displacements)
+
+    @property
+    def forces(self) -> slice:
+        """Contact forces f in the palm frame [N]."""
+        return slice(self.n_joints + 6 + self.n_displacements, self.size)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..checks import finite_array
+from ..exceptions import InvalidValueError
 from ..hand.configuration import HandConfiguration
 from ..model.compliance import contact_forces, hand_stiffness, internal_forces, joint_torques
 from ..model.contacts import Contacts, find_contacts
@@ -35,29 +36,40 @@ from .stability import Stability, grasp_stability
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PosedGrasp(Value):
-    """A posture, a palm pose and synergy displacements, with everything that follows from them.
+    """A posture, a palm pose and what makes the forces, with everything that follows from them.
 
     Nothing here trusts the search: contacts come from Pinocchio's forward kinematics, forces from eq. (17) written
-    out. What is required of it, and whether it meets that, a :class:`~grasp_planner.grasp.grasp.Grasp` says. Frame O
-    throughout.
+    out, or they are given and have to balance the load and bend the joints as the springs say. What is required of
+    it, and whether it meets that, a :class:`~grasp_planner.grasp.grasp.Grasp` says. Frame O throughout.
 
     Attributes:
         problem: The problem it answers.
         joint_angles: Actual posture q [rad], of shape (n_q,).
         palm_pose: Pose of the palm frame P in O.
-        delta_sigma: δσ [rad], of shape (n_s,).
+        delta_sigma: δσ [rad], of shape (n_s,); not used where forces come from springs.
+        contact_forces: The forces of the hand on the object where they come from springs, as intensities of the
+            contact model [N], of shape (n_c, d); None for no force there, and by eq. (17).
     """
 
     problem: GraspProblem
     joint_angles: Array
     palm_pose: Pose
     delta_sigma: Array
+    contact_forces: Array | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "palm_pose", Pose.of(self.palm_pose))
         n_q, n_s = self.problem.hand.n_joints, self.problem.n_synergies
         object.__setattr__(self, "joint_angles", finite_array("joint_angles", self.joint_angles, (n_q,)))
         object.__setattr__(self, "delta_sigma", finite_array("delta_sigma", self.delta_sigma, (n_s,)))
+        springs, n_c = self.problem.parameters.force_law == "springs", len(self.problem.frames)
+        given = self.contact_forces
+        if given is not None and not springs:
+            raise InvalidValueError("contact_forces", given, "None where forces follow from δσ by eq. (17)")
+        if springs:
+            shape = (n_c, self.problem.contact_model.dimension)
+            given = finite_array("contact_forces", np.zeros(shape) if given is None else given, shape)
+        object.__setattr__(self, "contact_forces", given)
 
     @cached_property
     def configuration(self) -> HandConfiguration:
@@ -90,8 +102,10 @@ class PosedGrasp(Value):
 
     @cached_property
     def intensities(self) -> Array:
-        """Intensities λ of the contacts, for hard fingers their forces [N], of shape (n_c, d); eq. (17)."""
+        """Intensities λ of the contacts, for hard fingers their forces [N], of shape (n_c, d); given, or by eq. (17)."""
         problem = self.problem
+        if self.contact_forces is not None:
+            return self.contact_forces
         return contact_forces(
             self.grasp_matrix,
             self.hand_jacobian,

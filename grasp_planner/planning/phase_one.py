@@ -27,7 +27,7 @@ LEAST_SHARE = 0.4
 """Every contact carries at least this part of an equal share in the balance of normals."""
 SQUEEZE = 2.0
 """Normal force the internal forces start from [N]."""
-GEOMETRY_EVALUATIONS, ALL_EVALUATIONS, POLISH_EVALUATIONS = 40, 100, 25
+GEOMETRY_EVALUATIONS, ALL_EVALUATIONS, SETTLE_EVALUATIONS, POLISH_EVALUATIONS = 40, 100, 40, 25
 
 ResidualAndJacobian = Callable[[Array], tuple[Array, Array]]
 Stage = Literal["geometry", "all", "polish"]
@@ -65,20 +65,25 @@ def reach_feasibility(program: GraspProgram, z: Array, check: Callable[[], None]
     return _restore(program, z, "all", ALL_EVALUATIONS, check)
 
 
+def settle(program: GraspProgram, z: Array, check: Callable[[], None]) -> Array:
+    """Return the point near one that nearly meets every constraint, with exact clearances, if there is one."""
+    return _restore(program, z, "all", SETTLE_EVALUATIONS, check)
+
+
 def polish(program: GraspProgram, z: Array, check: Callable[[], None]) -> Array:
     """Return the point near a solution that meets every constraint to rounding, if there is one."""
     return _restore(program, z, "polish", POLISH_EVALUATIONS, check)
 
 
 def pressing(program: GraspProgram, z: Array) -> Array:
-    """Return the variables with the δσ whose contact forces come closest to pressing with 2 N at every contact."""
+    """Return the variables with the δσ, or forces, that come closest to pressing with 2 N at every contact."""
     state, layout = program.state(z), program.evaluator.layout
-    by_delta = state.d_intensities[:, layout.displacement] * program.scale[layout.displacement]
-    there = state.intensities.ravel() - by_delta @ z[layout.displacement]
-    wanted = SQUEEZE * state.geometry.covectors.ravel() - there
+    moved = layout.forces if layout.n_forces else layout.displacement
+    by_moved = state.d_intensities[:, moved] * program.scale[moved]
+    wanted = SQUEEZE * state.geometry.covectors.ravel() - (state.intensities.ravel() - by_moved @ z[moved])
     result = np.array(z)
-    gram = by_delta.T @ by_delta + 1e-3 * np.eye(by_delta.shape[1])
-    result[layout.displacement] = np.linalg.solve(gram, by_delta.T @ wanted)
+    gram = by_moved.T @ by_moved + 1e-3 * np.eye(by_moved.shape[1])
+    result[moved] = np.linalg.solve(gram, by_moved.T @ wanted)
     return result
 
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import pinocchio as pin
 from threadpoolctl import threadpool_limits
 
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
@@ -16,7 +15,7 @@ from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..spatial import Array
 from .nlp import solve_nlp
-from .phase_one import polish, reach_feasibility
+from .phase_one import polish, reach_feasibility, settle
 from .preparation import FEW_SYNERGIES, search_starts
 from .program import GraspProgram, Phase
 from .starts import GraspStart, standard_start
@@ -137,7 +136,7 @@ class _Search:
     def _attempt(self, index: int, start: GraspStart) -> _Attempt:
         """Return an attempt that stands at a start."""
         program = GraspProgram(self.problem, start.palm_pose)
-        z = program.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
+        z = program.pack(start.joint_angles, start.palm_pose, start.delta_sigma, start.contact_forces)
         program.check_own_terms(z)
         return _Attempt(index, program, z, start.prepared)
 
@@ -179,13 +178,16 @@ class _Search:
         clearance = self.problem.clearance.needs_geometry
         if phase_one is None:
             phase_one = clearance or self.problem.n_synergies <= FEW_SYNERGIES
+        springs = self.problem.parameters.force_law == "springs"
         objective_scale = attempt.program.objective_scale(attempt.z)
         if phase_one:
-            if clearance or not attempt.prepared:
+            if attempt.prepared and springs:
+                self._least_squares(attempt, settle)
+            elif clearance or not attempt.prepared:
                 self._least_squares(attempt, reach_feasibility)
             good_enough = LEAST_SQUARES_GOOD_ENOUGH
             # SQP helps where clearances are still violated, and from prepared starts; elsewhere it is in vain.
-            if attempt.program.merit(attempt.z) > good_enough if clearance else attempt.prepared:
+            if attempt.program.merit(attempt.z) > good_enough if clearance or springs else attempt.prepared:
                 self._run(attempt, "one", 1.0)
                 good_enough = PHASE_ONE_GOOD_ENOUGH
             if attempt.program.merit(attempt.z) > good_enough:
@@ -261,14 +263,9 @@ class _Search:
 
     def _grasp(self, attempt: _Attempt) -> Grasp:
         """Return the grasp an attempt stands at."""
-        program, layout = attempt.program, attempt.program.evaluator.layout
-        x = attempt.z * program.scale
-        return Grasp(
-            problem=self.problem,
-            joint_angles=np.clip(x[layout.joints], self.problem.hand.lower, self.problem.hand.upper),
-            palm_pose=pin.SE3(program.evaluator.palm_pose(x)),
-            delta_sigma=x[layout.displacement],
-            search=SearchReport(
+        return attempt.program.grasp(
+            attempt.z,
+            SearchReport(
                 seed=self.seed,
                 iterations=attempt.iterations["two"],
                 phase_one_iterations=attempt.iterations["one"],

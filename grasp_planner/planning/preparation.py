@@ -15,11 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..evaluation.state import GraspState
+from ..model.contact_model import HardFinger
 from ..problem.problem import GraspProblem
 from ..problem.term import RADIAN
 from ..spatial import Array
 from .least_squares import restore_feasibility
 from .phase_one import no_margin, pressing, weighted_residuals, wide_margin
+from .pooled_starts import pooled_starts
 from .program import JOINT_SCALE, GraspProgram
 from .starts import GraspStart, random_start, standard_start
 
@@ -71,8 +73,9 @@ def search_starts(
 ) -> Iterator[GraspStart]:
     """Yield the starts of a search, without end.
 
-    The standard start and random ones; with few synergies, after some of these, rounds of prepared ones, the best of
-    each round first, and a few random ones after each round.
+    Where forces come from springs, those of :mod:`grasp_planner.planning.pooled_starts`. By (17) the standard start and
+    random ones; with few synergies, after some of these, rounds of prepared ones, the best of each round first,
+    and a few random ones after each round.
 
     Args:
         problem: The problem.
@@ -81,17 +84,20 @@ def search_starts(
         check: Called at every evaluation of a preparation; may raise to stop.
 
     Yields:
-        Starts, ``first`` or the standard start before all others.
+        Starts, ``first`` before all others.
     """
+    springs = problem.parameters.force_law == "springs"
     if first is not None:
         yield first
-    else:
+    elif not springs or not isinstance(problem.contact_model, HardFinger):
         yield standard_start(problem)
+    if springs and isinstance(problem.contact_model, HardFinger):
+        yield from pooled_starts(problem, rng, check)
     unprepared = FIRST_UNPREPARED
     while True:
         for _ in range(unprepared):
             yield random_start(problem, rng)
-        if problem.n_synergies <= FEW_SYNERGIES:
+        if problem.n_synergies <= FEW_SYNERGIES and not springs:
             best = best_prepared(problem, [random_start(problem, rng) for _ in range(ROUND)], check)
             yield from (each.start for each in best[:TAKEN] if each.misfit < HOPELESS)
             unprepared = UNPREPARED

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..evaluation.state import GraspState, StateEvaluator
+from ..grasp.grasp import Grasp, SearchReport
 from ..problem.problem import GraspProblem
 from ..problem.term import Constraint
 from ..spatial import Array
@@ -22,6 +23,8 @@ TRANSLATION_SCALE = 0.1
 """A unit step of the scaled palm translation [m]."""
 ROTATION_SCALE = 1.0
 """A unit step of the scaled palm rotation [rad]."""
+FORCE_SCALE = 2.0
+"""A unit step of a scaled contact force [N]."""
 UNIT_FORCE_ARM = 0.08
 """A unit step of scaled δσ presses with about 1 N through this length: δσ = 1/(0.08 m · K) [m]."""
 TRANSLATION_REACH = 0.2
@@ -66,9 +69,21 @@ class GraspProgram:
             self.evaluations += 1
         return self._state
 
-    def pack(self, q: Array, pose: pin.SE3, delta_sigma: Array) -> Array:
-        """Return scaled variables of a posture [rad], a palm pose in O and synergy displacements [rad]."""
-        return self.evaluator.pack(q, pose, delta_sigma) / self.scale
+    def pack(self, q: Array, pose: pin.SE3, delta_sigma: Array, contact_forces: Array | None = None) -> Array:
+        """Return scaled variables of a posture [rad], a palm pose in O, and δσ [rad] or contact forces in O [N]."""
+        return self.evaluator.pack(q, pose, delta_sigma, contact_forces) / self.scale
+
+    def grasp(self, z: Array, search: SearchReport | None = None) -> Grasp:
+        """Return the grasp at scaled variables, its joint angles within their limits."""
+        problem, layout, x = self.problem, self.evaluator.layout, z * self.scale
+        return Grasp(
+            problem=problem,
+            joint_angles=np.clip(x[layout.joints], problem.hand.lower, problem.hand.upper),
+            palm_pose=pin.SE3(self.evaluator.palm_pose(x)),
+            delta_sigma=x[layout.displacement] if layout.n_displacements else np.zeros(problem.n_synergies),
+            contact_forces=self.evaluator.forces_in_object(x),
+            search=search,
+        )
 
     def check_own_terms(self, z: Array) -> None:
         """Check, where the problem has own terms of the user's, that they give arrays of the right shape.
@@ -134,10 +149,11 @@ class GraspProgram:
         scale[layout.translation] = TRANSLATION_SCALE
         scale[layout.rotation] = ROTATION_SCALE
         scale[layout.displacement] = displacement_step(self.problem)
+        scale[layout.forces] = FORCE_SCALE
         return scale
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return bounds of the scaled variables: joint limits (31) and the reach of the palm; δσ is free."""
+        """Return bounds of the scaled variables: joint limits (31), the reach of the palm; δσ and forces are free."""
         layout, hand = self.evaluator.layout, self.problem.hand
         upper = np.full(layout.size, np.inf)
         upper[layout.translation] = TRANSLATION_REACH

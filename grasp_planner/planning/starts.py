@@ -25,12 +25,14 @@ class GraspStart(Value):
         joint_angles: q [rad], of shape (n_q,).
         palm_pose: Pose of the palm frame P in O.
         delta_sigma: δσ [rad], of shape (n_s,).
+        contact_forces: Contact forces in O where they come from springs [N], of shape (n_c, 3); None for no force.
         prepared: Whether posture and forces nearly fit already, so that phase one need not look for the geometry.
     """
 
     joint_angles: Array
     palm_pose: Pose
     delta_sigma: Array
+    contact_forces: Array | None = None
     prepared: bool = False
 
     def __post_init__(self) -> None:

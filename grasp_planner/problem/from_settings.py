@@ -13,7 +13,7 @@ from ..objects import GraspObject
 from .clearance_options import CLEARANCES, ClearanceOptions
 from .load_cases import LoadCases
 from .parameters import GraspParameters
-from .problem import GraspProblem, default_synergies
+from .problem import GraspProblem
 from .settings import Setting, settings_of
 
 PROBLEM_SETTINGS: dict[str, Setting] = {
@@ -103,13 +103,12 @@ def problem_from_settings(
     """
     check_keys(settings)
     own = {each.name: each.of_plain(settings[each.key]) for each in settings_of(GraspProblem) if each.key in settings}
-    if paper and own.get("n_synergies") is None:
-        own["n_synergies"] = default_synergies(hand, paper=True)
+    parameters: GraspParameters = options_from_settings(GraspParameters, settings)
     return GraspProblem(
         hand=hand,
         grasp_object=grasp_object,
         tasks=tasks,
-        parameters=options_from_settings(GraspParameters, settings),
+        parameters=parameters.of_paper() if paper else parameters,
         clearance=clearance_from_settings(settings, paper=paper),
         loads=loads_from_settings(settings, paper=paper),
         **own,

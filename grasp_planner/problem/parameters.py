@@ -18,6 +18,7 @@ STANDARD_GRAVITY = 9.81
 
 
 TorqueModel = Literal["total", "internal"]
+ForceLaw = Literal["springs", "controllable"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,6 +36,9 @@ class GraspParameters(Value):
         gravity: Acceleration of gravity in O [m/s²], of shape (3,) (choice A4: along −z).
         torque_model: Which torque bends the joints in eq. (10): that of the ``total`` contact force, or of the
             ``internal`` forces only as in eq. (33) (choice A5).
+        force_law: Which forces the hand may hold with: all that its ``springs`` and equilibrium allow, or only those
+            that eq. (17) makes of δσ, the internal forces that the synergies can change (``controllable``). If None,
+            springs, or (17) in the paper's problem.
     """
 
     friction: float | tuple[float, ...] = setting(
@@ -93,6 +97,13 @@ class GraspParameters(Value):
         "Torque that bends the soft joints: of the total contact force, or the internal one (eq. 33).",
         choices=("total", "internal"),
     )
+    force_law: ForceLaw = setting(
+        None,
+        "Forces a hand may hold with: all that its springs allow, or only those of eq. (17).",
+        choices=("springs", "controllable"),
+        none="springs; controllable with --paper",
+        paper="controllable",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -101,17 +112,30 @@ class GraspParameters(Value):
             raise InvalidValueError("contact_model", self.contact_model, f"one of {', '.join(CONTACT_MODELS)}")
         if self.force_weight == 0.0 and self.task_weight == 0.0:
             raise InvalidValueError("force_weight, task_weight", (0.0, 0.0), "at least one of them > 0")
+        if self.torque_model == "internal" and self.force_law == "springs":
+            raise InvalidValueError("torque_model", "internal", "total where forces come from springs")
         object.__setattr__(self, "gravity", finite_array("gravity", self.gravity, (3,)))
 
     def of_hand(self, hand: Hand) -> GraspParameters:
-        """Return the parameters with the hand's own numbers where there are none."""
-        missing = {name: value for name, value in hand_parameters(hand).items() if getattr(self, name) is None}
+        """Return the parameters with the hand's own numbers, and a force law, where there are none.
+
+        That law is springs, but where internal forces alone bend the joints, eq. (33): only (17) tells them apart.
+        """
+        missing = {name: value for name, value in self._usual(hand).items() if getattr(self, name) is None}
         return replace(self, **missing) if missing else self
 
+    def of_paper(self) -> GraspParameters:
+        """Return the parameters with the paper's force law, eq. (17), where they have none."""
+        return replace(self, force_law="controllable") if self.force_law is None else self
+
     def without_hand(self, hand: Hand) -> GraspParameters:
-        """Return the parameters without those that are the hand's own, so that another hand can give its own."""
-        own = {name: None for name, value in hand_parameters(hand).items() if getattr(self, name) == value}
+        """Return the parameters without those that :meth:`of_hand` gives, so that another hand can give its own."""
+        own = {name: None for name, value in self._usual(hand).items() if getattr(self, name) == value}
         return replace(self, **own)  # type: ignore[arg-type]  # None: given by a hand later on
+
+    def _usual(self, hand: Hand) -> dict[str, Any]:
+        """Return what stands where nothing is given."""
+        return hand_parameters(hand) | {"force_law": "controllable" if self.torque_model == "internal" else "springs"}
 
 
 def hand_parameters(hand: Hand) -> dict[str, Any]:

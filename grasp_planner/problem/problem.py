@@ -27,8 +27,8 @@ from .settings import setting
 from .size_check import ObjectSizeWarning, size_warning
 from .term import Cost, Requirement, Weighted, own_constraints, own_costs
 
-PRACTICAL_SYNERGIES, PAPER_SYNERGIES = 8, 3
-"""Number of synergies if none is given: with links that keep clear and load cases few rarely suffice."""
+DEFAULT_SYNERGIES, MOTION_SYNERGIES = 3, 6
+"""Number of synergies if none is given: the paper's case; and the least for a twist task: β needs rank 6."""
 
 MAX_TASKS = 64
 """Most task directions of a problem."""
@@ -42,7 +42,7 @@ class GraspProblem(Value):
         hand: The hand.
         grasp_object: The object.
         tasks: Task directions with weights.
-        n_synergies: Number of synergies n_s; if None, eight or as many as the set has.
+        n_synergies: Number of synergies n_s; if None, three (six where a task is a twist) or as many as the set has.
         parameters: Parameters of the model.
         synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances).
         contact_set: Name of the contact set; the hand's first if None.
@@ -66,7 +66,7 @@ class GraspProblem(Value):
         "Number of synergies.",
         kind="whole",
         low=1,
-        none=f"{PRACTICAL_SYNERGIES}, or all of the set; {PAPER_SYNERGIES} with --paper",
+        none=f"{DEFAULT_SYNERGIES} ({MOTION_SYNERGIES} for twist tasks), or all of the set",
         option="--synergies",
     )
     parameters: GraspParameters = field(default_factory=GraspParameters)
@@ -105,12 +105,13 @@ class GraspProblem(Value):
         object.__setattr__(self, "parameters", self.parameters.of_hand(self.hand))
         n_q = self.hand.n_joints
         if self.n_synergies is None:
-            object.__setattr__(self, "n_synergies", min(PRACTICAL_SYNERGIES, n_q, self.all_synergies.n_synergies))
+            usual = MOTION_SYNERGIES if any(task.is_motion for task in self.tasks) else DEFAULT_SYNERGIES
+            object.__setattr__(self, "n_synergies", min(usual, n_q, self.all_synergies.n_synergies))
         n_s = self.n_synergies
         if isinstance(n_s, bool) or not isinstance(n_s, int | np.integer) or not 1 <= n_s <= n_q:
             raise InvalidValueError("n_synergies", n_s, f"a whole number from 1 to {n_q}")
         object.__setattr__(self, "n_synergies", int(n_s))
-        if n_s < 6 and any(task.is_motion for task in self.tasks):
+        if n_s < MOTION_SYNERGIES and any(task.is_motion for task in self.tasks):
             raise InvalidValueError("n_synergies", n_s, "at least 6 for a twist task (β needs rank H_s = 6)")
         fewest, kind = self.contact_model.fewest_contacts, self.contact_model.kind
         if len(self.frames) < fewest:
@@ -149,14 +150,16 @@ class GraspProblem(Value):
 
     @classmethod
     def paper(cls, *fields: Any, **named: Any) -> GraspProblem:
-        """Return the paper's plain problem (29)–(32): nothing keeps clear, no disturbance, three synergies.
+        """Return the paper's plain problem (29)–(32): nothing keeps clear or disturbs, forces by (17).
 
         Takes the fields of a problem; those given stay as they are.
         """
         named.setdefault("clearance", ClearanceOptions.off())
         named.setdefault("loads", LoadCases.off())
-        if len(fields) < 4:
-            named.setdefault("n_synergies", PAPER_SYNERGIES)
+        if len(fields) < 5:
+            named["parameters"] = named.get("parameters", GraspParameters()).of_paper()
+        else:
+            fields = (*fields[:4], fields[4].of_paper(), *fields[5:])
         return cls(*fields, **named)
 
     @cached_property
@@ -272,13 +275,14 @@ class GraspProblem(Value):
         return readonly(rows)
 
 
-def default_synergies(hand: Hand, synergy_set: str | None = None, *, paper: bool = False) -> int:
-    """Return the number of synergies of a problem that names none: eight, or the paper's three, or all of the set.
+def default_synergies(hand: Hand, synergy_set: str | None = None, *, clear: bool = True, motion: bool = False) -> int:
+    """Return the number of synergies of a problem that names none: three, six for a twist, or all of the set.
 
     Args:
         hand: The hand.
-        synergy_set: Name of its set; the one where links keep clear if None.
-        paper: Whether it is the paper's problem.
+        synergy_set: Name of its set; the default one if None.
+        clear: Whether that is the default where links keep clear.
+        motion: Whether a task is a twist: β needs rank 6.
     """
-    name = synergy_set or hand.description.synergies.default_for(not paper)
-    return min(PAPER_SYNERGIES if paper else PRACTICAL_SYNERGIES, hand.synergies(name).n_synergies)
+    name = synergy_set or hand.description.synergies.default_for(clear)
+    return min(MOTION_SYNERGIES if motion else DEFAULT_SYNERGIES, hand.synergies(name).n_synergies)

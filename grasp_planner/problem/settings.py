@@ -43,7 +43,7 @@ class Setting:
         name: Name of the field.
         group: Field of the problem that holds it, as ``loads.``; empty if its name needs none.
         default: Its default.
-        paper: Its default in the paper's problem.
+        paper: Its default in the paper's problem, where it is another one.
     """
 
     help: str
@@ -202,7 +202,9 @@ def settings_of(owner: type) -> tuple[Setting, ...]:
     found = []
     for each in fields(owner):
         if (described := each.metadata.get(_KEY)) is not None:
-            paper = described.default if off is None else getattr(off, each.name)
+            paper = described.paper
+            if paper is None:
+                paper = described.default if off is None else getattr(off, each.name)
             found.append(replace(described, name=each.name, group=group, paper=paper))
     return tuple(found)
 

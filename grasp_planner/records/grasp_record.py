@@ -6,12 +6,14 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
 from pydantic import ValidationError
 
 from ..exceptions import FileFormatError
 from ..files.reading import read_bounded
 from ..grasp.grasp import Grasp, SearchReport
 from ..hand.hand import Hand
+from ..model.contact_model import HardFinger
 from ..model.task_direction import parse_task
 from ..objects import parse_object
 from ..problem.clearance_options import ClearanceOptions
@@ -20,7 +22,7 @@ from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..problem.term import Cost, Requirement, Weighted
-from ..spatial import readonly
+from ..spatial import Array, readonly
 from .hand_record import hand_from_record, hand_source_record
 from .layout import (
     ClearanceOptionsRecord,
@@ -233,6 +235,7 @@ def grasp_from_record(
         costs=weighted,
         constraints=required,
     )
+    springs = problem.parameters.force_law == "springs"
     report = SearchReport(
         seed=record.seed,
         iterations=record.iterations,
@@ -250,8 +253,19 @@ def grasp_from_record(
         joint_angles=readonly(record.joint_angles),
         palm_pose=pose_from_record(record.palm_pose),
         delta_sigma=readonly(record.delta_sigma),
+        contact_forces=_intensities(record, problem) if springs else None,
         search=report,
     )
+
+
+def _intensities(record: GraspRecord, problem: GraspProblem) -> Array:
+    """Return the intensities of a record's contacts [N], of shape (n_c, d)."""
+    forces = readonly([contact.force for contact in record.contacts])
+    if isinstance(problem.contact_model, HardFinger):
+        return forces
+    wrenches = np.hstack([forces, readonly([contact.moment for contact in record.contacts])])
+    bases = problem.contact_model.basis(readonly([contact.normal for contact in record.contacts]))
+    return readonly([np.linalg.lstsq(h, w, rcond=None)[0] for h, w in zip(bases, wrenches, strict=True)])
 
 
 def record_schema() -> str:

@@ -193,7 +193,7 @@ class GraspRecord(Record):
     alignment_angle_deg: Optional = Field(description="of the first task direction")
     alignment_degenerate: bool
     sigma: list[Number] = Field(description="rad")
-    delta_sigma: list[Number] = Field(description="rad")
+    delta_sigma: list[Number] = Field(description="rad; zero where forces come from springs")
     joint_names: list[str]
     joint_angles: list[Number] = Field(description="q, rad")
     reference_joint_angles: list[Number] = Field(description="q_r, rad")

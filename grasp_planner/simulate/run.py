@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from ..checks import positive
+from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..spatial import Array
 from .closing import ReferencePath, free_posture, reference_path
@@ -35,7 +37,9 @@ def squeezed(grasp: Grasp, factor: float) -> Grasp:
     positive("squeeze", factor)
     if factor == 1.0:
         return grasp
-    return Grasp(grasp.problem, grasp.joint_angles, grasp.palm_pose, factor * grasp.delta_sigma, grasp.search)
+    if grasp.contact_forces is not None:
+        raise InvalidValueError("squeeze", factor, "1 where forces come from springs")
+    return replace(grasp, delta_sigma=factor * grasp.delta_sigma)
 
 
 def simulate_grasp(

@@ -80,7 +80,7 @@ def grasp_as_simulated(found: Simulation) -> Grasp:
     if thing.mass != found.mass:
         thing = replace(thing, mass=found.mass)  # type: ignore[call-arg]
     tested = replace(problem, parameters=model, grasp_object=thing)
-    return Grasp(tested, grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.search)
+    return Grasp(tested, grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces, grasp.search)
 
 
 def static_margins(grasp: Grasp) -> dict[str, float | None]:

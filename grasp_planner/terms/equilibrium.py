@@ -1,28 +1,46 @@
-"""The object is in equilibrium. The search needs no constraint for it: its forces balance by construction, eq. (17)."""
+"""The object is in equilibrium: a constraint where forces come from springs, by construction by eq. (17)."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
-from ..problem.term import NEWTON, NEWTON_METRE, Requirement
+from ..problem.problem import GraspProblem
+from ..problem.term import NEWTON, NEWTON_METRE, Constraint
 from ..spatial import Array
 
 
-class ForceBalance(Requirement):
+class ForceBalance(Constraint):
     """Contact forces balance the weight."""
 
-    name, unit = "equilibrium_force", NEWTON
+    name, unit, equality, geometric = "equilibrium_force", NEWTON, True, False
+
+    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return the force that is left; nothing by eq. (17)."""
+        return state.balance[:3]
+
+    def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return its derivatives."""
+        return state.d_balance[:3]
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the largest component of the force that is left."""
         return float(np.abs(_imbalance(grasp)[:3]).max())
 
 
-class MomentBalance(Requirement):
+class MomentBalance(Constraint):
     """Moments of the contact forces balance about the centre of mass."""
 
-    name, unit = "equilibrium_moment", NEWTON_METRE
+    name, unit, equality, geometric = "equilibrium_moment", NEWTON_METRE, True, False
+
+    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return the moment that is left; nothing by eq. (17)."""
+        return state.balance[3:]
+
+    def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return its derivatives."""
+        return state.d_balance[3:]
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the largest component of the moment that is left."""

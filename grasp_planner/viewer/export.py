@@ -45,7 +45,7 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
         time.sleep(0.05)
         serializer = server.get_scene_serializer()
         for q in approach(grasp, FRAMES):
-            posture = Grasp(grasp.problem, q, grasp.palm_pose, grasp.delta_sigma)
+            posture = Grasp(grasp.problem, q, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces)
             session.preview = Preview(posture, "")
             picture.draw(session, options)
             serializer.insert_sleep(1.0 / RATE_HZ)

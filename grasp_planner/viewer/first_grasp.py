@@ -27,7 +27,7 @@ def first_grasp() -> Grasp:
     known = json.loads(resources.files(__package__).joinpath("first_starts.json").read_text(encoding="utf-8"))
     starts = [_start(problem, entry) for entry in known if tuple(entry["joint_names"]) == problem.hand.joint_names]
     for start in starts:
-        grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+        grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma, start.contact_forces)
         if grasp.feasible:
             return grasp
     options = PlannerOptions(starts=1, enough=1, time_limit_s=TIME_LIMIT_S / max(len(starts), 1))
@@ -43,10 +43,8 @@ def _start(problem: GraspProblem, entry: dict[str, Any]) -> GraspStart:
     x, y, z, w = entry["quaternion_xyzw"]
     rotation = pin.Quaternion(w, x, y, z).normalized().matrix()
     pose = pin.SE3(rotation, np.array(entry["position"]))
-    # Kept as S δσ, so that it is the same motion whatever the signs of the synergies.
-    displacement = np.array(entry["joint_displacement"])
-    delta_sigma = np.linalg.lstsq(problem.synergies.basis, displacement, rcond=None)[0]
-    return GraspStart(np.array(entry["joint_angles"]), pose, delta_sigma)
+    forces = np.array(entry["contact_forces"])
+    return GraspStart(np.array(entry["joint_angles"]), pose, np.zeros(problem.n_synergies), forces)
 
 
 def start_entry(grasp: Grasp) -> dict[str, Any]:
@@ -57,5 +55,5 @@ def start_entry(grasp: Grasp) -> dict[str, Any]:
         "joint_angles": grasp.joint_angles.tolist(),
         "position": np.array(grasp.palm_pose.translation).tolist(),
         "quaternion_xyzw": np.array(pin.Quaternion(np.array(grasp.palm_pose.rotation)).coeffs()).tolist(),
-        "joint_displacement": (problem.synergies.basis @ grasp.delta_sigma).tolist(),
+        "contact_forces": grasp.intensities.tolist(),
     }

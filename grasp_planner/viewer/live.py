@@ -10,7 +10,7 @@ from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose, readonly
-from .squeeze import best_squeeze
+from .squeeze import balanced, best_squeeze
 
 TOUCH_DISTANCE = 0.005
 """Gap at which the contact forces set in; they are complete at gap zero [m]."""
@@ -29,7 +29,8 @@ class LiveState:
     Attributes:
         problem: The problem; its gravity is that in O at the present object pose.
         sigma: σ [rad], of shape (n_s,).
-        delta_sigma: δσ [rad], of shape (n_s,).
+        delta_sigma: δσ [rad], of shape (n_s,); not used where forces come from springs.
+        contact_forces: Intensities of the contacts where they do [N], of shape (n_c, d), before they balance the load.
         hand_pose: Pose of the palm frame P in the world.
         object_pose: Pose of O in the world.
         offset: What the posture has besides synergies and bending [rad], of shape (n_q,).
@@ -45,6 +46,7 @@ class LiveState:
     offset: Array
     gravity: Array
     bend: Array
+    contact_forces: Array | None = None
 
     @classmethod
     def of(cls, grasp: Grasp, object_pose: Pose | None = None) -> LiveState:
@@ -60,7 +62,13 @@ class LiveState:
             offset=grasp.joint_angles + bend - grasp.problem.synergies.joint_angles(grasp.sigma),
             gravity=np.array(at.rotation) @ grasp.problem.parameters.gravity,
             bend=bend,
+            contact_forces=grasp.contact_forces,
         )
+
+    def squeezed(self, squeeze: Array) -> LiveState:
+        """Return the state with another δσ, or other contact forces where they come from springs."""
+        springs = self.problem.parameters.force_law == "springs"
+        return replace(self, contact_forces=squeeze) if springs else replace(self, delta_sigma=squeeze)
 
     @property
     def palm_pose(self) -> Pose:
@@ -103,7 +111,7 @@ def evaluate(state: LiveState, *, automatic_squeeze: bool = False) -> tuple[Live
 
     Args:
         state: The state.
-        automatic_squeeze: Whether δσ is chosen to hold the object with the least force, where that is possible.
+        automatic_squeeze: Whether to squeeze with the least force that holds the object, where one does.
 
     Returns:
         The state with its new bending and squeeze, and the grasp.
@@ -113,8 +121,8 @@ def evaluate(state: LiveState, *, automatic_squeeze: bool = False) -> tuple[Live
         for steps in (ROUGH_STEPS, BEND_STEPS):
             best = best_squeeze(grasp)
             if best is None:
-                best, steps = state.delta_sigma, BEND_STEPS
-            state = replace(state, delta_sigma=best, bend=_bend(grasp))
+                steps = BEND_STEPS
+            state = replace(state if best is None else state.squeezed(best), bend=_bend(grasp))
             grasp = _settle(state, steps)
     return replace(state, bend=_bend(grasp)), grasp
 
@@ -141,8 +149,14 @@ def _settle(state: LiveState, steps: int) -> Grasp:
 
 def _posture(state: LiveState, q: Array, palm: Pose) -> Grasp:
     """Return the grasp of a posture kept within the joint limits."""
-    hand = state.problem.hand
-    return Grasp(state.problem, np.clip(q, hand.lower, hand.upper), palm, state.delta_sigma)
+    problem, hand = state.problem, state.problem.hand
+    q = np.clip(q, hand.lower, hand.upper)
+    grasp = Grasp(problem, q, palm, state.delta_sigma)
+    if problem.parameters.force_law != "springs":
+        return grasp
+    given = state.contact_forces
+    wanted = np.zeros_like(grasp.intensities) if given is None or given.shape != grasp.intensities.shape else given
+    return replace(grasp, contact_forces=balanced(grasp, wanted))
 
 
 def _bend(grasp: Grasp) -> Array:

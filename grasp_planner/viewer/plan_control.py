@@ -70,7 +70,8 @@ class PlanControl:
         self._stop_animation()
         session, plan = self.session, self.panel
         here, problem = session.grasp, session.problem
-        given = (here.joint_angles, here.palm_pose.homogeneous, here.delta_sigma) if from_here else None
+        posture = (here.joint_angles, here.palm_pose.homogeneous, here.delta_sigma, here.contact_forces)
+        given = posture if from_here else None
         start = standard_start(problem)
         seed = here if given else Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
         request = PlanRequest(

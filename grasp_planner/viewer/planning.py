@@ -36,13 +36,13 @@ class PlanRequest:
         problem: The problem.
         seed: Seed of the random starts.
         options: How long and how hard to search.
-        start: First start, the planner's own if None: (q, pose as 4 x 4, δσ).
+        start: First start, the planner's own if None: (q, pose as 4 x 4, δσ, forces in O).
     """
 
     problem: GraspProblem
     seed: int = 0
     options: PlannerOptions = field(default_factory=PlannerOptions)
-    start: tuple[Array, Array, Array] | None = None
+    start: tuple[Array, Array, Array, Array | None] | None = None
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ def _search(request: PlanRequest, context: JobContext) -> tuple[SearchEnd, str]:
         # What a cancelled search was at is no result.
         if not context.cancelled():
             search = replace(grasp.search, history=())
-            content = (grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, search)
+            content = (grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, grasp.contact_forces, search)
             context.report(("result", content))
 
     best = plan_grasp(
@@ -210,11 +210,11 @@ def _first_start(request: PlanRequest) -> GraspStart | None:
     """Return the start given, if there is one."""
     if request.start is None:
         return None
-    q, pose, delta_sigma = request.start
-    return GraspStart(q, Pose.of(pose), delta_sigma)
+    q, pose, delta_sigma, forces = request.start
+    return GraspStart(q, Pose.of(pose), delta_sigma, forces)
 
 
-def _grasp(problem: GraspProblem, content: tuple[Array, Array, Array, SearchReport]) -> Grasp:
+def _grasp(problem: GraspProblem, content: tuple[Array, Array, Array, Array | None, SearchReport]) -> Grasp:
     """Return the grasp that was sent."""
-    q, pose, delta_sigma, search = content
-    return Grasp(problem, q, Pose.of(pose), delta_sigma, search)
+    q, pose, delta_sigma, forces, search = content
+    return Grasp(problem, q, Pose.of(pose), delta_sigma, forces, search)

@@ -10,6 +10,7 @@ from ..grasp.grasp import Grasp
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose
 from .live import LiveState, evaluate
+from .squeeze import squeezed_forces
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Session:
             object_pose: Pose of the object in the world; identity if left out.
         """
         self.live = LiveState.of(grasp, object_pose)
-        self.base_squeeze = grasp.delta_sigma
+        self.base_squeeze = _squeeze_of(self.live)
         self.squeeze = 1.0
         self.grasp = grasp
         self.note = note
@@ -99,7 +100,9 @@ class Session:
         if (factor, automatic) == (self.squeeze, self.automatic_squeeze):
             return
         self.squeeze, self.automatic_squeeze = factor, automatic
-        self.live = replace(self.live, delta_sigma=factor * self.base_squeeze)
+        base = self.base_squeeze
+        springs = self.problem.parameters.force_law == "springs"
+        self.live = self.live.squeezed(squeezed_forces(self.grasp, base, factor) if springs else factor * base)
         self._changed()
 
     def set_hand_pose(self, pose: Pose) -> None:
@@ -121,15 +124,15 @@ class Session:
                 the user has changed meanwhile.
         """
         self.live = self.live.with_problem(problem)
-        if self.base_squeeze.shape != self.live.delta_sigma.shape:
-            self.base_squeeze = self.live.delta_sigma
+        if self.base_squeeze.shape != _squeeze_of(self.live).shape:
+            self.base_squeeze = _squeeze_of(self.live)
         self.version += 1
         self.problem_version += not by_widgets
         self._changed()
 
     def set_posture(self, q: Array, note: str) -> None:
         """Show a posture [rad] with the palm and the object where they are."""
-        grasp = Grasp(self.problem, q, self.live.palm_pose, self.live.delta_sigma)
+        grasp = Grasp(self.problem, q, self.live.palm_pose, self.live.delta_sigma, self.live.contact_forces)
         object_pose, base, squeeze = self.live.object_pose, self.base_squeeze, self.squeeze
         self.show(grasp, note, object_pose=object_pose)
         self.base_squeeze, self.squeeze = base, squeeze
@@ -171,3 +174,8 @@ def _rank(grasp: Grasp) -> tuple[bool, float]:
     if grasp.feasible:
         return False, grasp.objective
     return True, grasp.max_violation
+
+
+def _squeeze_of(live: LiveState) -> Array:
+    """Return δσ, or the contact forces where they come from springs."""
+    return live.delta_sigma if live.contact_forces is None else live.contact_forces

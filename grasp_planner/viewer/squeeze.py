@@ -1,10 +1,11 @@
-"""The best squeeze: synergy displacements δσ that hold the object with the least force at the contacts as they are."""
+"""The best squeeze: δσ, or contact forces, that hold the object with the least force at the contacts as they are."""
 
 from __future__ import annotations
 
 import clarabel
 import numpy as np
 from scipy import sparse
+from scipy.linalg import null_space
 
 from ..grasp.grasp import Grasp
 from ..model.compliance import internal_forces
@@ -15,24 +16,29 @@ ROOM = 1e-5
 
 
 def best_squeeze(grasp: Grasp) -> Array | None:
-    """Return the δσ of least F with every contact force in its friction cone.
+    """Return the δσ of least F with every contact force in its friction cone; where springs make the forces, these.
 
     A second-order cone program in (δσ, F), exact for the contacts and the Jacobian of the grasp; eq. (17), (30).
 
     Args:
-        grasp: The grasp; its own δσ is not used.
+        grasp: The grasp; its own squeeze is not used.
 
     Returns:
-        δσ [rad], of shape (n_s,), or None if the synergies can't produce such forces here.
+        δσ [rad], of shape (n_s,), or intensities of the contacts [N], of shape (n_c, d); None if there are no such forces here.
     """
     problem = grasp.problem
-    stiffness, k_c, model = grasp.stiffness, problem.contact_springs, problem.contact_model
-    by_sigma = internal_forces(grasp.grasp_matrix, grasp.hand_jacobian, problem.synergies.basis, stiffness, k_c)
-    fixed = grasp.intensities.ravel() - by_sigma @ grasp.delta_sigma
+    springs, model = problem.parameters.force_law == "springs", problem.contact_model
+    if springs:
+        by_sigma = null_space(grasp.grasp_matrix)
+        fixed = balanced(grasp, np.zeros_like(grasp.intensities)).ravel()
+    else:
+        stiffness, k_c = grasp.stiffness, problem.contact_springs
+        by_sigma = internal_forces(grasp.grasp_matrix, grasp.hand_jacobian, problem.synergies.basis, stiffness, k_c)
+        fixed = grasp.intensities.ravel() - by_sigma @ grasp.delta_sigma
     # Columns scaled to 1 N, so that the solver sees numbers of order one.
     size = np.maximum(np.linalg.norm(by_sigma, axis=0), 1e-9)
     scaled = by_sigma / size
-    (n_c, d), n_s = grasp.intensities.shape, problem.n_synergies
+    (n_c, d), n_s = grasp.intensities.shape, by_sigma.shape[1]
     normals = np.zeros((n_c, d * n_c))
     for i, covector in enumerate(grasp.covectors):
         normals[i, d * i : d * i + d] = covector
@@ -54,4 +60,18 @@ def best_squeeze(grasp: Grasp) -> Array | None:
     ).solve()
     if solution.status not in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
         return None
-    return np.array(solution.x)[:n_s] / size
+    found = np.array(solution.x)[:n_s] / size
+    return (fixed + by_sigma @ found).reshape(n_c, d) if springs else found
+
+
+def balanced(grasp: Grasp, forces: Array) -> Array:
+    """Return the intensities nearest to some that balance the load [N], of shape (n_c, d)."""
+    left = grasp.grasp_matrix @ forces.ravel() + grasp.problem.external_wrench
+    correction: Array = np.linalg.lstsq(grasp.grasp_matrix, -left, rcond=None)[0]
+    return forces + correction.reshape(forces.shape)
+
+
+def squeezed_forces(grasp: Grasp, forces: Array, factor: float) -> Array:
+    """Return intensities that balance the load, their internal part multiplied [N], of shape (n_c, d)."""
+    carrying = balanced(grasp, np.zeros_like(forces))
+    return carrying + factor * (balanced(grasp, forces) - carrying)

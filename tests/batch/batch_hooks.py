@@ -17,7 +17,7 @@ def quick(problem: GraspProblem, *, seed: int, options: PlannerOptions) -> Grasp
     """Return the standard start, whatever it is worth."""
     start = standard_start(problem)
     angles = start.joint_angles + 1e-3 * seed
-    return Grasp(problem, angles, start.palm_pose, start.delta_sigma, SearchReport(seed, time_s=0.001))
+    return Grasp(problem, angles, start.palm_pose, start.delta_sigma, search=SearchReport(seed, time_s=0.001))
 
 
 def slow(problem: GraspProblem, *, seed: int, options: PlannerOptions) -> Grasp:

@@ -29,6 +29,7 @@ CASES = [(hand, name, n_s) for hand, sets in SETS.items() for name, n_s in sets]
 DERIVATIVES = {
     "d_gaps": lambda state: state.geometry.gaps,
     "d_forces": lambda state: state.forces.ravel(),
+    "d_balance": lambda state: state.balance,
     "d_friction_margins": lambda state: state.friction_margins,
     "d_compliance": lambda state: state.compliance,
     "d_force_norm": lambda state: np.array([state.force_norm]),
@@ -43,7 +44,8 @@ def hands():
 
 @pytest.mark.parametrize("shape", [*SHAPES, *MESHES])
 @pytest.mark.parametrize(("hand", "contact_set", "n_synergies"), CASES)
-def test_state_derivatives(hands, mesh_texts, shape, hand, contact_set, n_synergies):
+@pytest.mark.parametrize("force_law", ["springs", "controllable"])
+def test_state_derivatives(hands, mesh_texts, shape, hand, contact_set, n_synergies, force_law):
     """All derivatives agree with central differences to 1e-6 of their largest entry, in the solver's units."""
     problem = gp.GraspProblem.paper(
         hand=hands[hand],
@@ -51,14 +53,15 @@ def test_state_derivatives(hands, mesh_texts, shape, hand, contact_set, n_synerg
         tasks=(gp.force_task((0.2, 1.0, 0.3)), gp.torque_task((0.0, 0.4, 1.0))),
         n_synergies=n_synergies,
         contact_set=contact_set,
+        parameters=gp.GraspParameters(force_law=force_law),
     )
     rng = np.random.default_rng(4)
     start = gp.random_start(problem, rng)
     q = problem.hand.lower + rng.uniform(0.2, 0.8, problem.hand.n_joints) * (problem.hand.upper - problem.hand.lower)
     program = GraspProgram(problem, start.palm_pose)
-    z = program.pack(q, start.palm_pose, start.delta_sigma)
-    z[program.evaluator.layout.pose] += rng.normal(0.0, 0.05, 6)
-    z[program.evaluator.layout.displacement] += rng.normal(0.0, 1.0, n_synergies)
+    z, layout = program.pack(q, start.palm_pose, start.delta_sigma), program.evaluator.layout
+    z[layout.pose] += rng.normal(0.0, 0.05, 6)
+    z[layout.n_geometric :] += rng.normal(0.0, 1.0, layout.size - layout.n_geometric)
     state = program.evaluator.evaluate(z * program.scale)
     for name, value in DERIVATIVES.items():
         analytic = np.atleast_2d(getattr(state, name)) * program.scale

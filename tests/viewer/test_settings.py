@@ -35,6 +35,7 @@ OTHERS = {
     "task_weight": 0.5,
     "gravity": (0.0, -9.0, 1.5),
     "torque_model": "internal",
+    "force_law": "controllable",
     "clearance.link_object": "joint_centres",
     "clearance.self_collision": False,
     "clearance.tip_patch": False,
@@ -227,7 +228,7 @@ def test_the_page_opens_with_the_default_problem(grasp):
 
 def test_a_row_holds_the_number_of_synergies_in_use():
     hand = gp.load_hand()
-    assert GraspCase().columns(hand)["n_synergies"] == 8
+    assert GraspCase().columns(hand)["n_synergies"] == 3
     assert GraspCase(paper=True).columns(hand)["n_synergies"] == 3
     assert GraspCase(n_synergies=5).columns(hand)["n_synergies"] == 5
     assert GraspCase().columns(hand)["contact_stiffness"] == hand.description.compliance.contact_stiffness
@@ -246,7 +247,7 @@ def test_absurd_and_wrong_values_are_refused_where_they_enter(owner):
 def test_parameters_of_files_from_before_have_old_names():
     hand = gp.load_hand()
     problem = gp.GraspProblem(hand, gp.Cylinder(), parameters=gp.GraspParameters(friction=0.4, contact_stiffness=3e4))
-    grasp = gp.Grasp(problem, hand.lower, pin.SE3.Identity(), np.zeros(8))
+    grasp = gp.Grasp(problem, hand.lower, pin.SE3.Identity(), np.zeros(problem.n_synergies))
     data = json.loads(gp.grasp_json(grasp))
     for new, old in {"friction": "mu", "contact_stiffness": "K_c", "force_weight": "w_F"}.items():
         data["parameters"][old] = data["parameters"].pop(new)

@@ -58,7 +58,7 @@ def test_forces_set_in_with_contact(grasp):
 
 def test_the_automatic_squeeze_is_feasible_and_not_stronger_than_the_planners(grasp):
     best = best_squeeze(grasp)
-    squeezed = gp.Grasp(grasp.problem, grasp.joint_angles, grasp.palm_pose, best)
+    squeezed = replace(grasp, contact_forces=best)
     assert squeezed.friction_margins.min() > -1e-7
     assert squeezed.force_norm <= 1.001 * grasp.force_norm
 

@@ -158,7 +158,7 @@ class ProblemPanel:
 
     def _model(self, base: GraspProblem, hand: Hand, values: dict[str, Any], changed: set[str]) -> GraspParameters:
         """Return the parameters the widgets ask for; a new hand brings its own."""
-        given = base.parameters if hand is base.hand else base.parameters.without_hand(base.hand)
+        given = base.parameters.without_hand(base.hand)
         if "weight_ratio" in changed:
             given = replace(given, force_weight=10.0 ** values["weight_ratio"], task_weight=1.0)
         found: GraspParameters = self.parameters.options(given)

@@ -74,7 +74,10 @@ def _widget(gui: viser.GuiApi, each: Setting) -> Any:
             return gui.add_dropdown(label, (UNDECIDED, YES, NO), hint=hint)
         return gui.add_checkbox(label, each.default, hint=hint)
     if each.kind == "choice":
-        return gui.add_dropdown(label, each.choices, initial_value=each.default, hint=hint)
+        undecided = (UNDECIDED,) if each.none else ()
+        return gui.add_dropdown(
+            label, undecided + each.choices, initial_value=str(_shown(each, each.default)), hint=hint
+        )
     if _is_number(each):
         return gui.add_number(label, each.default, min=each.low, max=each.high, step=each.step, hint=hint)
     empty = f"; empty: {each.none}" if each.none else ""
@@ -91,7 +94,7 @@ def _value(each: Setting, shown: Any) -> Any:
     if each.kind == "truth":
         return {UNDECIDED: None, YES: True, NO: False}[shown] if each.none else bool(shown)
     if each.kind == "choice":
-        return shown
+        return None if each.none and shown == UNDECIDED else shown
     if _is_number(each):
         return int(shown) if each.kind == "whole" else float(shown)
     return each.of_text(str(shown))
@@ -101,6 +104,8 @@ def _shown(each: Setting, value: Any) -> Any:
     """Return what a widget shows for a value."""
     if each.kind == "truth" and each.none:
         return UNDECIDED if value is None else YES if value else NO
+    if each.kind == "choice" and value is None:
+        return UNDECIDED
     if each.kind in ("truth", "choice") or _is_number(each):
         return value
     return each.text(value)

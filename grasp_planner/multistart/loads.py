@@ -1,0 +1,109 @@
+"""Load cases for a batch of states: friction, normal forces and joint torques under the hand's passive answer.
+
+Values are exact; derivatives hold that answer, R = G_K^R, fixed against the palm, which is enough to find feasible
+points and half of the work. :mod:`grasp_planner.evaluation.load_response` has the full ones.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..evaluation.load_response import CONE_SMOOTHING
+from ..problem.problem import GraspProblem
+from ..spatial import Array, skew
+from .contacts import BatchedContacts
+from .rows import Rows
+
+
+class BatchedLoads:
+    """Evaluates the load cases of a problem."""
+
+    def __init__(self, problem: GraspProblem) -> None:
+        self.problem, self.loads = problem, problem.loads
+        mass = problem.grasp_object.mass
+        self._cases = self.loads.cases(mass)
+        self._listed = self.loads.listed()
+        self._spheres = self.loads.spheres(mass)
+        self._friction = problem.friction[:, None] / self.loads.friction_safety
+
+    def rows(self, contacts: BatchedContacts) -> list[Rows]:
+        """Return the rows of all limits at the contacts of a batch of states."""
+        answer = self._answer(contacts)
+        found = [self._cones(contacts, answer), *self._normals(contacts, answer), *self._torques(contacts, answer)]
+        if self.loads.max_force_norm is not None:
+            size = contacts.force_norm
+            slope = (contacts.normal_forces[..., None] * contacts.d_normal_forces).sum(axis=1) / size[:, None]
+            found.append(Rows("load_force_norm", self.loads.max_force_norm - size[:, None], -slope[:, None]))
+        return found
+
+    def _answer(self, contacts: BatchedContacts) -> Array:
+        """Return R in P of a unit disturbance in O, of shape (B, 3 n_c, 6 or 12): forces change by −R d."""
+        count, n_c, n_q, _ = contacts.velocities.shape
+        size = self.loads.size
+        if not self.loads.disturbed:
+            return np.zeros((count, 3 * n_c, size))
+        jacobian = contacts.velocities.transpose(0, 1, 3, 2).reshape(count, 3 * n_c, n_q)
+        soft = (jacobian * self.problem.joint_compliance) @ jacobian.transpose(0, 2, 1)
+        soft.reshape(count, -1)[:, :: 3 * n_c + 1] += 1.0 / self.problem.parameters.contact_stiffness
+        grasp = np.empty((count, 6, 3 * n_c))
+        grasp[:, :3] = np.tile(np.eye(3), (1, n_c))
+        arms = contacts.points - contacts.origin[:, None]
+        grasp[:, 3:] = skew(arms).transpose(0, 2, 1, 3).reshape(count, 3, 3 * n_c)
+        spread = np.linalg.solve(soft, grasp.transpose(0, 2, 1))  # K Gᵀ
+        matrix = spread @ np.linalg.inv(grasp @ spread)
+        if self.loads.displaced:
+            matrix = np.concatenate([matrix, spread], axis=2)
+        turned = contacts.states.rotation.transpose(0, 2, 1)
+        blocks = matrix.reshape(count, 3 * n_c, size // 3, 3).transpose(0, 2, 1, 3) @ turned[:, None]
+        return blocks.transpose(0, 2, 1, 3).reshape(count, 3 * n_c, size)
+
+    def _cones(self, contacts: BatchedContacts, answer: Array) -> Rows:
+        """Return what is left of the cones of μ/s, of every contact in every case."""
+        forces, normals = contacts.states.forces, contacts.normals
+        count, n_c, _ = forces.shape
+        changes = (answer @ self._cases.T).reshape(count, n_c, 3, -1).transpose(0, 1, 3, 2)
+        each = forces[:, :, None] - changes  # (B, n_c, n_k, 3)
+        normal = (each @ normals[..., None])[..., 0]
+        tangential = each - normal[..., None] * normals[:, :, None]
+        length = np.sqrt(np.einsum("bikl,bikl->bik", tangential, tangential) + CONE_SMOOTHING**2)
+        by_force = self._friction[..., None] * normals[:, :, None] - tangential / length[..., None]
+        by_normal = (self._friction + normal / length)[..., None] * each
+        n_k, n_g = each.shape[2], contacts.d_normals.shape[2]
+        derivative = np.zeros((count, n_c, n_k, n_g + 3 * n_c))
+        derivative[..., :n_g] = by_normal @ contacts.d_normals.transpose(0, 1, 3, 2)
+        for i in range(n_c):
+            derivative[:, i, :, n_g + 3 * i : n_g + 3 * i + 3] = by_force[:, i]
+        value = self._friction * normal - length
+        return Rows("load_friction", value.reshape(count, -1), derivative.reshape(count, n_c * n_k, -1))
+
+    def _normals(self, contacts: BatchedContacts, answer: Array) -> list[Rows]:
+        """Return how far normal forces stay from their limits in the worst cases."""
+        count, n_c, _ = contacts.normals.shape
+        rows = (contacts.normals[:, :, None] @ answer.reshape(count, n_c, 3, -1))[:, :, 0]
+        low, high = self._worst(contacts.normal_forces, rows)
+        found = [Rows("load_min_normal", low - self.loads.min_normal_force, contacts.d_normal_forces)]
+        if np.isfinite(self.problem.max_normal_force):
+            found.append(Rows("load_max_normal", self.problem.max_normal_force - high, -contacts.d_normal_forces))
+        return found
+
+    def _torques(self, contacts: BatchedContacts, answer: Array) -> list[Rows]:
+        """Return how far joint torques stay from their limits in the worst cases."""
+        limits = self.problem.torque_limits
+        limited = np.flatnonzero(np.isfinite(limits))
+        if not limited.size:
+            return []
+        count, n_c, n_q, _ = contacts.velocities.shape
+        jacobian = contacts.velocities.transpose(0, 2, 1, 3).reshape(count, n_q, 3 * n_c)[:, limited]
+        low, high = self._worst(contacts.torques[:, limited], jacobian @ answer)
+        slope = contacts.d_torques[:, limited]
+        value = np.concatenate([limits[limited] + low, limits[limited] - high], axis=1)
+        return [Rows("load_torque", value, np.concatenate([slope, -slope], axis=1))]
+
+    def _worst(self, value: Array, rows: Array) -> tuple[Array, Array]:
+        """Return least and largest values of v − a·d over the listed cases and the spheres, of shape (B, k)."""
+        listed = value[..., None] - rows @ self._listed.T
+        low, high = listed.min(axis=2), listed.max(axis=2)
+        for part, radius in self._spheres:
+            swing = radius * np.linalg.norm(rows[..., part], axis=2)
+            low, high = np.minimum(low, value - swing), np.maximum(high, value + swing)
+        return low, high

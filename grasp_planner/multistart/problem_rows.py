@@ -1,0 +1,117 @@
+"""The springs problem as rows: everything that a search holds, for a batch of states."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..problem.problem import GraspProblem
+from ..problem.term import METRE, NEWTON, NEWTON_METRE, ONE, RADIAN, Unit
+from ..spatial import Array
+from .clearances import BatchedClearances
+from .contacts import BatchedContactEvaluator, BatchedContacts
+from .loads import BatchedLoads
+from .rows import Rows
+from .states import States
+from .tree import BatchedTree
+
+UNITS: dict[str, Unit] = {
+    "surface": METRE,
+    "compliance": RADIAN,
+    "equilibrium_force": NEWTON,
+    "equilibrium_moment": NEWTON_METRE,
+    "friction": NEWTON,
+    "region": METRE,
+    "abduction_order": RADIAN,
+    "load_friction": NEWTON,
+    "load_min_normal": NEWTON,
+    "load_max_normal": NEWTON,
+    "load_torque": NEWTON_METRE,
+    "load_force_norm": NEWTON,
+    "link_object": METRE,
+    "joint_centre": METRE,
+    "self_collision": METRE,
+    "ground": METRE,
+    "tip_patch": ONE,
+    "tangency": ONE,
+}
+"""Units of the rows, by the name of their requirement."""
+
+
+class BatchedProblem:
+    """Evaluates the rows of a problem whose forces come from springs.
+
+    Attributes:
+        problem: The problem.
+        n_variables: Length of x = (q, v, w, f).
+    """
+
+    def __init__(self, problem: GraspProblem) -> None:
+        self.problem = problem
+        self.n_variables = problem.hand.n_joints + 6 + 3 * len(problem.frames)
+        tree = BatchedTree(problem.hand)
+        self._contacts = BatchedContactEvaluator(problem, tree)
+        self._loads = BatchedLoads(problem) if problem.loads.active else None
+        self._clearances = BatchedClearances(problem, tree) if problem.clearance.needs_geometry else None
+        self._complement = problem.synergies.complement()
+
+    def contacts(self, states: States) -> BatchedContacts:
+        """Return the contacts of states."""
+        return self._contacts.evaluate(states)
+
+    def rows(self, states: States) -> list[Rows]:
+        """Return the rows of states, those of the same requirements for any states."""
+        problem, contacts = self.problem, self.contacts(states)
+        found = [
+            Rows("surface", contacts.gaps, self._padded(contacts.d_gaps), equality=True),
+            self._compliance(contacts),
+            Rows("equilibrium_force", contacts.balance[:, :3], contacts.d_balance[:, :3], equality=True),
+            Rows("equilibrium_moment", contacts.balance[:, 3:], contacts.d_balance[:, 3:], equality=True),
+            Rows("friction", *contacts.cone_margins(problem.friction)),
+            *self._region(contacts),
+        ]
+        if problem.clearance.remark1 and len(problem.abduction_differences):
+            order = problem.abduction_differences
+            slope = np.zeros((len(states), len(order), self.n_variables))
+            slope[:, :, : problem.hand.n_joints] = order
+            found.append(Rows("abduction_order", states.joints @ order.T, slope))
+        if self._loads is not None:
+            found += self._loads.rows(contacts)
+        if self._clearances is not None:
+            found += self._clearances.rows(contacts)
+        return found
+
+    def _compliance(self, contacts: BatchedContacts) -> Rows:
+        """Return S_⊥ᵀ (q − q̄ + C_q τ)."""
+        problem, compliance = self.problem, self.problem.joint_compliance
+        bent = contacts.states.joints - problem.synergies.mean + compliance * contacts.torques
+        slope = compliance[:, None] * contacts.d_torques
+        slope[:, :, : problem.hand.n_joints] += np.eye(problem.hand.n_joints)
+        return Rows("compliance", bent @ self._complement, self._complement.T @ slope, equality=True)
+
+    def _region(self, contacts: BatchedContacts) -> list[Rows]:
+        """Return how far contacts are inside the part of the surface that may be touched."""
+        states, count, n_c = contacts.states, len(contacts.states), contacts.points.shape[1]
+        turned = states.rotation[:, None]
+        points = (turned @ contacts.points[..., None])[..., 0] + states.translation[:, None]
+        margins, gradients = self.problem.grasp_object.region(points.reshape(-1, 3))
+        if margins.shape[1] == 0:
+            return []
+        inward = (turned.transpose(0, 1, 3, 2)[:, :, None] @ gradients.reshape(count, n_c, -1, 3, 1))[..., 0]
+        moved, n_q = np.array(contacts.d_points), self.problem.hand.n_joints
+        moved[:, :, n_q : n_q + 3] += np.eye(3)
+        moved[:, :, n_q + 3 :] += _turned(contacts.points)
+        slope = inward @ moved.transpose(0, 1, 3, 2)
+        return [Rows("region", margins.reshape(count, -1), self._padded(slope.reshape(count, -1, slope.shape[3])))]
+
+    def _padded(self, derivative: Array) -> Array:
+        """Append zero columns for forces."""
+        padded = np.zeros((*derivative.shape[:2], self.n_variables))
+        padded[:, :, : derivative.shape[2]] = derivative
+        return padded
+
+
+def _turned(points: Array) -> Array:
+    """Return e_k × p as row k, of shape (..., 3, 3)."""
+    x, y, z = points[..., 0], points[..., 1], points[..., 2]
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*points.shape[:-1], 3, 3)

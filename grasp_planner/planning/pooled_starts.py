@@ -1,0 +1,68 @@
+"""Starts for a search with forces from springs: the standard one and many random ones, made feasible together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..multistart.pool import Pool
+from ..multistart.problem_rows import BatchedProblem
+from ..multistart.states import States
+from ..problem.problem import GraspProblem
+from ..spatial import Pose
+from .starts import GraspStart, random_start, standard_start
+
+PRESSING = 2.0
+"""Normal force that every contact of a random start presses with [N]."""
+WIDTH = 24
+"""States at a time: wide enough to share the interpreter's cost, narrow enough for a first grasp soon."""
+ROUND = 240
+"""Most starts of a round."""
+
+
+def pooled_starts(
+    problem: GraspProblem, rng: np.random.Generator, check: Callable[[], None] = lambda: None
+) -> Iterator[GraspStart]:
+    """Yield starts that meet every requirement, or nearly so: clearances of boxes and meshes are coarse here.
+
+    Args:
+        problem: A problem whose forces come from springs.
+        rng: Source of random numbers.
+        check: Called for every state evaluated; may raise to stop.
+
+    Yields:
+        Starts, without end; a random one, as it is, after every round that finds nothing.
+    """
+    batched = BatchedProblem(problem)
+    waiting = [standard_start(problem)]
+
+    def make(number: int) -> States:
+        starts = [waiting.pop() if waiting else random_start(problem, rng) for _ in range(number)]
+        return _pressing(batched, starts)
+
+    while True:
+        pool = Pool(batched, WIDTH)
+        for found in pool.search(make, ROUND, check):
+            yield _start(found, problem.n_synergies)
+        if pool.count.found == 0:
+            yield random_start(problem, rng)
+
+
+def _pressing(batched: BatchedProblem, starts: Sequence[GraspStart]) -> States:
+    """Return starts with contacts that press along their normals."""
+    states = States(
+        np.array([start.joint_angles for start in starts]),
+        np.array([start.palm_pose.rotation for start in starts]),
+        np.array([start.palm_pose.translation for start in starts]),
+        np.zeros((len(starts), len(batched.problem.frames), 3)),
+    )
+    return replace(states, forces=PRESSING * batched.contacts(states).normals)
+
+
+def _start(found: States, n_synergies: int) -> GraspStart:
+    """Return the start of a batch of one."""
+    rotation = found.rotation[0]
+    pose = Pose(rotation, found.translation[0])
+    return GraspStart(found.joints[0], pose, np.zeros(n_synergies), found.forces[0] @ rotation.T, prepared=True)
