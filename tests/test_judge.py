@@ -36,7 +36,7 @@ def with_hand(grasp, **changes):
 def with_forces(grasp, forces):
     """Return the grasp with contact forces that are not those of its model."""
     wrong = gp.Grasp(grasp.problem, grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma)
-    wrong.__dict__["forces"] = forces
+    wrong.__dict__["intensities"] = forces
     return wrong
 
 

@@ -63,7 +63,7 @@ class ForceDistribution:
 
     def torques(self, forces: Array, d_forces: Array) -> tuple[Array, Array]:
         """Return τ = Jᵀ f [N m] and ∂τ/∂x, of shapes (n_q,) and (n_q, n_x)."""
-        return joint_torques(self.geometry, forces, d_forces)
+        return torques_with_slopes(self.geometry, forces, d_forces)
 
     def _jacobian_products(self, strain: Array) -> tuple[Array, Array]:
         """Return dJ S δσ and (dJ C_q Jᵀ + J C_q dJᵀ) a for fixed S δσ and a, each of shape (m, n_g)."""
@@ -75,7 +75,7 @@ class ForceDistribution:
         return products[:, :, 0].T, d_softness
 
 
-def joint_torques(geometry: ContactGeometry, forces: Array, d_forces: Array) -> tuple[Array, Array]:
+def torques_with_slopes(geometry: ContactGeometry, forces: Array, d_forces: Array) -> tuple[Array, Array]:
     """Return τ = Jᵀ f [N m] and ∂τ/∂x, of shapes (n_q,) and (n_q, n_x)."""
     d_jacobian = geometry.d_jacobian
     d_torques = geometry.jacobian.T @ d_forces

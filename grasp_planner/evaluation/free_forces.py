@@ -11,7 +11,7 @@ import numpy as np
 from ..problem.problem import GraspProblem
 from ..spatial import Array, skew
 from .contact_geometry import ContactGeometry
-from .force_distribution import joint_torques
+from .force_distribution import torques_with_slopes
 from .variables import VariableLayout
 
 
@@ -46,7 +46,7 @@ class FreeForces:
 
     def torques(self, forces: Array, d_forces: Array) -> tuple[Array, Array]:
         """Return τ = Jᵀ f [N m] and ∂τ/∂x, of shapes (n_q,) and (n_q, n_x)."""
-        return joint_torques(self.geometry, forces, d_forces)
+        return torques_with_slopes(self.geometry, forces, d_forces)
 
 
 def turned_intensities(intensities: Array, rotation: Array) -> Array:

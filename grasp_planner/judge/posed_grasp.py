@@ -102,7 +102,7 @@ class PosedGrasp(Value):
 
     @cached_property
     def intensities(self) -> Array:
-        """Intensities λ of the contacts, for hard fingers their forces [N], of shape (n_c, d); given, or by eq. (17)."""
+        """Intensities λ of the contacts, for hard fingers their forces [N], of shape (n_c, d); given, or by (17)."""
         problem = self.problem
         if self.contact_forces is not None:
             return self.contact_forces

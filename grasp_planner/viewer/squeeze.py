@@ -24,7 +24,7 @@ def best_squeeze(grasp: Grasp) -> Array | None:
         grasp: The grasp; its own squeeze is not used.
 
     Returns:
-        δσ [rad], of shape (n_s,), or intensities of the contacts [N], of shape (n_c, d); None if there are no such forces here.
+        δσ [rad], of shape (n_s,), or intensities of the contacts [N], of shape (n_c, d); None if there are none.
     """
     problem = grasp.problem
     springs, model = problem.parameters.force_law == "springs", problem.contact_model
