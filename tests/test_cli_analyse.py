@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -64,3 +65,65 @@ def test_wrong_use_is_one_clear_line(file, arguments, part):
     result = run(*[str(file) if word == "FILE" else word for word in arguments])
     assert result.exit_code == 2
     assert part in result.output.strip().splitlines()[-1]
+
+
+def test_analyse_compares_two_grasps_in_every_measure_and_draws(file, tmp_path):
+    picture, output = tmp_path / "slices.png", tmp_path / "analysis.json"
+    options = ["--no-sensitivity", "--all", "--compare", str(file), "--picture", str(picture), "--json", str(output)]
+    result = run("analyse", str(file), *options)
+    assert result.exit_code == 0, result.output
+    for group in ("wrenches it can exert", "forces", "what motors can do", "stiffness and robustness", "polygon"):
+        assert group in result.output
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    found = {entry.name: entry for entry in AnalysisRecord.model_validate_json(output.read_text()).measures}
+    grasp = gp.grasp_from_record(gp.read_grasp_record(file))
+    assert found["force-closure margin"].value == pytest.approx(grasp.force_closure_margin)
+    assert found["norm of the forces"].value == pytest.approx(np.linalg.norm(grasp.forces))
+    assert found["least friction to spare"].value == pytest.approx(grasp.friction_margins.min())
+    assert found["imbalance"].value < 1e-9
+
+
+CONTACTS = {
+    "points": [[0.03, 0, 0], [-0.015, 0.026, 0], [-0.015, -0.026, 0.005]],
+    "normals": [[-1, 0, 0], [0.5, -0.8660254037844386, 0], [0.5, 0.8660254037844386, 0]],
+    "friction": 0.7,
+    "forces": [[-3, 0, 0.5], [1.5, -2.6, 0.5], [1.5, 2.6, 0.5]],
+}
+
+
+def test_analyse_takes_contacts_from_elsewhere(tmp_path):
+    path, hand = tmp_path / "contacts.json", np.eye(9).tolist()
+    path.write_text(json.dumps(CONTACTS))
+    plain = run("analyse", str(path), "--all")
+    assert plain.exit_code == 0, plain.output
+    assert "what motors can do" not in plain.output
+    path.write_text(json.dumps(CONTACTS | {"J": hand, "contact_stiffness": 1000.0, "joint_stiffness": [500.0] * 9}))
+    result = CliRunner().invoke(main, ["analyse", str(path), "--all", "--json", "-"])
+    assert result.exit_code == 0, result.output
+    found = {entry["name"]: entry["value"] for entry in json.loads(result.stdout)["measures"]}
+    # Springs of 1000 and 500 N/m in series at three points: a thousand N/m against any shift through their centre.
+    assert found["stiffest shift"] == pytest.approx(1000.0, rel=1e-6)
+    assert found["internal forces commanded"] == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        ({"normals": [[1, 0, 0]]}, "normals"),
+        ({"normals": [[2, 0, 0]] * 3}, "length 1"),
+        ({"friction": -1}, "friction"),
+        ({"J": [[1.0], [2.0, 3.0]]}, "J"),
+        ({"J": np.eye(9).tolist()}, "contact_stiffness"),
+        ({"J": np.eye(8).tolist(), "contact_stiffness": 1.0}, "J"),
+        ({"J": np.eye(9).tolist(), "joint_stiffness": -5.0}, "joint_stiffness"),
+        ({"mass": 3}, "mass"),
+        ({"points": [[0, 0, "far"]] * 3}, "points"),
+    ],
+)
+def test_bad_contact_files_are_refused_in_one_line(tmp_path, change, part):
+    path = tmp_path / "contacts.json"
+    path.write_text(json.dumps(CONTACTS | change))
+    result = run("analyse", str(path))
+    assert result.exit_code == 2
+    assert part in result.output
+    assert len(result.output.strip().splitlines()) <= 2

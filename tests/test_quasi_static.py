@@ -15,9 +15,11 @@ from grasp_planner.model import (
     Preload,
     commanded_forces,
     compliant_grasp,
+    force_manipulability,
     grasp_stiffness,
     grasp_subspaces,
     homogeneous_solution,
+    kinematic_manipulability,
     moved_stiffness,
     principal_stiffness,
     projector,
@@ -215,3 +217,15 @@ def test_springs_that_leave_the_object_free_are_refused() -> None:
 def test_bad_stiffnesses_are_refused(stiffness: Any) -> None:
     with pytest.raises(InvalidValueError, match="joint_stiffness"):
         compliant_grasp(np.ones((6, 9)), np.ones((9, 12)), np.eye(12), contact_stiffness=1.0, joint_stiffness=stiffness)
+
+
+def test_manipulability_is_that_of_syngrasp(springs: CompliantGrasp) -> None:
+    kinematic = kinematic_manipulability(springs)
+    close(kinematic.ratios[3:], sorted(FOREIGN["kinematic"])[3:])
+    assert np.abs(kinematic.ratios[:3]).max() < 1e-12
+    force = force_manipulability(springs)
+    assert len(force.ratios) == 6
+    for k, ratio in enumerate(force.ratios):
+        felt = quasi_static_maps(springs).wrench.motor_forces @ force.object_side[:, k]
+        assert 1.0 / (felt @ felt) == pytest.approx(ratio)
+    assert kinematic_manipulability(springs, 0.1).ratios[-1] < kinematic.ratios[-1]

@@ -30,7 +30,7 @@ class ForceProblem(Value):
     Attributes:
         grasp: G, of shape (6, 3 n_c).
         normals: Unit normals into the object, of shape (n_c, 3).
-        friction: μ.
+        friction: μ, one number or one for each contact.
         wrench: w_ext on the object [N, N m], of shape (6,): G f = −w_ext.
         basis: E, of shape (3 n_c, k), orthonormal: f may only differ from ``particular`` by E y; any internal force
             by default.
@@ -45,7 +45,7 @@ class ForceProblem(Value):
 
     grasp: Array
     normals: Array
-    friction: float
+    friction: float | Array
     wrench: Array
     basis: Array | None = None
     particular: Array | None = None

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from ..model.force_closure import force_closure_margin
 from ..spatial import Array
@@ -53,7 +54,7 @@ def uniformity(grasp: Array, jacobian: Array) -> float:
     return 1.0 / isotropy(hand_object_jacobian(grasp, jacobian))[0]
 
 
-def force_closure(points: Array, normals: Array, friction: float) -> float:
+def force_closure(points: Array, normals: Array, friction: npt.ArrayLike) -> float:
     """Return how far inside the cones internal forces can be, 1 N a contact on average; the package's own margin."""
     return force_closure_margin(points, normals, friction)
 

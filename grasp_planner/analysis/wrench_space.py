@@ -21,6 +21,8 @@ from ..values import Value
 
 Bound = Literal["L1", "Linf"]
 BOUNDS: tuple[Bound, ...] = ("L1", "Linf")
+BATCH = 8
+"""How many of the nearest facets get a new point before the hull is built anew."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,33 +111,33 @@ def epsilon(space: WrenchSpace, *, tolerance: float = 1e-6, max_points: int = 60
     Returns:
         The value, both bounds and the gradient.
     """
-    points = [space.grasp @ space.support(d)[1] for d in np.vstack([np.eye(6), -np.eye(6), *_diagonals()])]
+    points = np.array([space.grasp @ space.support(d)[1] for d in np.vstack([np.eye(6), -np.eye(6), *_diagonals()])])
     nothing = Epsilon(0.0, 0.0, np.eye(6)[0], np.zeros_like(space.grasp), 0)
-    if np.linalg.matrix_rank(np.array(points), tol=1e-12) < 6:
+    if np.linalg.matrix_rank(points, tol=1e-12) < 6:
         return nothing
-    try:
-        hull = ConvexHull(np.vstack([points, np.zeros((1, 6))]), incremental=True, qhull_options="Qx Q12")
-    except QhullError:
-        return nothing
-    best, direction = np.inf, np.eye(6)[0]
+    low, best, direction, facets = 0.0, np.inf, np.eye(6)[0], 0
+    points = np.vstack([points, np.zeros((1, 6))])
     while True:
-        nearest = hull.equations[np.argmin(-hull.equations[:, -1])]
-        low, d = max(0.0, float(-nearest[-1])), nearest[:6] / np.linalg.norm(nearest[:6])
+        # Built anew each time: after an error an incremental hull may end the whole process.
+        try:
+            planes = ConvexHull(points, qhull_options="Qx Q12").equations
+        except QhullError:
+            break
+        nearest = planes[np.argsort(-planes[:, -1])[:BATCH]]
+        low, facets = max(low, float(-nearest[0, -1])), len(planes)
+        d = nearest[0, :6] / np.linalg.norm(nearest[0, :6])
         d, high = _descended(space, d) if low > 0.0 else (d, space.support(d)[0])
         if high < best:
             best, direction = high, d
-        reached = space.grasp @ space.support(nearest[:6])[1]
-        new = nearest[:6] @ reached + nearest[-1] > 1e-12
-        if best - low <= tolerance * max(best, 1e-300) or not new or hull.points.shape[0] >= max_points:
+        reached = np.array([space.grasp @ space.support(plane[:6])[1] for plane in nearest])
+        beyond = np.einsum("ij,ij->i", nearest[:, :6], reached) + nearest[:, -1] > 1e-9
+        if best - low <= tolerance * best or not beyond.any() or len(points) >= max_points:
             break
-        try:
-            hull.add_points(reached[None])
-        except QhullError:  # facets too flat for it: what is known stays true
-            break
+        points = np.vstack([points, np.unique(reached[beyond].round(12), axis=0)])
     if low <= 1e-12:
         return nothing
     # Where the space reaches least, the ray along d ends: those forces, unlike any others of h(d), make d stationary.
-    return Epsilon(low, best, direction, np.outer(direction, reach(space, direction)[1]), len(hull.equations))
+    return Epsilon(low, best, direction, np.outer(direction, reach(space, direction)[1]), facets)
 
 
 def _descended(space: WrenchSpace, direction: Array) -> tuple[Array, float]:

@@ -12,14 +12,17 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from ..analysis.improve import GOALS, Goal, Improvement, improve_grasp, withstood
+from ..analysis.measures import ContactSet, Measure, contact_set, has_hard_fingers
 from ..analysis.sensitivity import PostOptimality, Sensitivity, post_optimality
 from ..analysis.tolerance import pose_tolerances
 from ..grasp.grasp import Grasp
-from ..records.analysis_record import analysis_record
+from ..records.analysis_record import analysis_record, contact_analysis_record
+from ..records.contact_file import is_contact_file, read_contact_file
 from ..records.grasp_record import grasp_json
 from .grasp_file import HAND, opened_grasp
 from .margins import margin_rows, new_table
-from .output import write_or_print
+from .measures import opened_contacts, print_measures
+from .output import check_writable, write_or_print
 
 SETTLED = 1e-6
 """Relative gradient of the Lagrangian up to which an optimum counts as one."""
@@ -35,18 +38,39 @@ OUT = click.Path(path_type=Path, allow_dash=True)
 @FILE
 @HAND
 @click.option("--json", "json_file", type=OUT, help="Write the analysis as JSON; - for standard output.")
+@click.option("--all", "everything", is_flag=True, help="Print every measure instead of those that matter most.")
+@click.option("--compare", type=click.Path(path_type=Path), help="Second grasp or contact file to print beside it.")
+@click.option("--picture", type=click.Path(path_type=Path), help="Draw slices of wrenches and compliance, as PNG.")
 @click.option("--sensitivity/--no-sensitivity", default=True, show_default=True, help="Whether to find the optimum.")
-def analyse(file: Path, hand: str | None, json_file: Path | None, sensitivity: bool) -> None:
-    """Print margins, stability, tolerance and sensitivities of a planned grasp.
+def analyse(
+    file: Path,
+    hand: str | None,
+    json_file: Path | None,
+    everything: bool,
+    compare: Path | None,
+    picture: Path | None,
+    sensitivity: bool,
+) -> None:
+    """Print margins, measures, stability, tolerance and sensitivities of a planned grasp.
 
-    FILE is a grasp of `plan --json`. The sensitivities are those of the optimum near the grasp: dF*/dp for friction,
-    mass, size, compliances and the object's pose, and how far each parameter may change until the active set does or F
-    is 5 % off what they predict.
+    FILE is a grasp of `plan --json`, or a JSON file of contacts from elsewhere (points, normals, friction; forces, J,
+    S, stiffnesses where they are known), of which the measures are printed. The sensitivities are those of the optimum
+    near the grasp: dF*/dp for friction, mass, size, compliances and the object's pose, and how far each parameter may
+    change until the active set does or F is 5 % off what they predict.
     """
-    grasp = opened_grasp(file, hand)
+    check_writable(json_file, picture)
     console = Console(stderr=str(json_file) == "-")
+    if is_contact_file(file):
+        found_measures = _print_measures(console, file, read_contact_file(file), hand, everything, compare, picture)
+        if json_file is not None:
+            write_or_print(contact_analysis_record(found_measures).model_dump_json(indent=2) + "\n", json_file)
+        return
+    grasp = opened_grasp(file, hand)
     console.print(f"[bold]{grasp.verdict}[/]", highlight=False)
     _print_rows(console, [("F", f"{grasp.force_norm:.4f} N"), *margin_rows(grasp)])
+    measured: tuple[Measure, ...] = ()
+    if has_hard_fingers(grasp):
+        measured = _print_measures(console, file, contact_set(grasp), hand, everything, compare, picture)
     console.print(_tolerance_table(grasp))
     found = None
     if sensitivity and grasp.feasible:
@@ -54,7 +78,27 @@ def analyse(file: Path, hand: str | None, json_file: Path | None, sensitivity: b
             found = post_optimality(grasp)
         _print_sensitivities(console, grasp, found)
     if json_file is not None:
-        write_or_print(analysis_record(grasp, found).model_dump_json(indent=2) + "\n", json_file)
+        write_or_print(analysis_record(grasp, found, measured).model_dump_json(indent=2) + "\n", json_file)
+
+
+def _print_measures(
+    console: Console,
+    file: Path,
+    contacts: ContactSet,
+    hand: str | None,
+    everything: bool,
+    compare: Path | None,
+    picture: Path | None,
+) -> tuple[Measure, ...]:
+    """Print the measures of contacts, beside those of another file, and draw them where that is asked for."""
+    columns = {"value" if compare is None else file.stem: contacts}
+    if compare is not None:
+        columns[compare.stem if compare.stem != file.stem else str(compare)] = opened_contacts(compare, hand)
+    if picture is not None:
+        from ..drawing.measures_picture import draw_measures
+
+        draw_measures(contacts, picture)
+    return print_measures(console, columns, everything=everything)
 
 
 @click.command()

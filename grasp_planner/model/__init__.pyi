@@ -24,6 +24,9 @@ from .force_closure import force_norm_floor as force_norm_floor
 from .friction import force_norm as force_norm
 from .friction import friction_margins as friction_margins
 from .friction import normal_forces as normal_forces
+from .manipulability import Manipulability as Manipulability
+from .manipulability import force_manipulability as force_manipulability
+from .manipulability import kinematic_manipulability as kinematic_manipulability
 from .quasi_static import Answer as Answer
 from .quasi_static import CompliantGrasp as CompliantGrasp
 from .quasi_static import Preload as Preload

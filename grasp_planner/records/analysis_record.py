@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 from pydantic import Field
 
+from ..analysis.measures import Measure
 from ..analysis.sensitivity import PostOptimality, Sensitivity
 from ..analysis.tolerance import Tolerance, pose_tolerances
 from ..grasp.grasp import Grasp
@@ -55,6 +57,16 @@ class PostOptimalityRecord(Record):
     sensitivities: list[SensitivityRecord]
 
 
+class MeasureRecord(Record):
+    """One measure of a grasp."""
+
+    group: str
+    name: str
+    value: Optional = Field(description="null where there is no number")
+    unit: str
+    text: str = Field(description="a word instead of a number")
+
+
 class AnalysisRecord(Record):
     """An analysis of a grasp."""
 
@@ -65,14 +77,28 @@ class AnalysisRecord(Record):
     stability: StabilityRecord
     tolerances: list[ToleranceRecord]
     post_optimality: PostOptimalityRecord | None
+    measures: list[MeasureRecord] = Field(default=[], description="of hard fingers; none of other contacts")
 
 
-def analysis_record(grasp: Grasp, found: PostOptimality | None) -> AnalysisRecord:
+class ContactAnalysisRecord(Record):
+    """An analysis of contacts from elsewhere."""
+
+    schema_version: Literal[1] = 1
+    measures: list[MeasureRecord]
+
+
+def contact_analysis_record(found: Sequence[Measure]) -> ContactAnalysisRecord:
+    """Return the record of measures of contacts."""
+    return ContactAnalysisRecord(measures=[_measure(each) for each in found])
+
+
+def analysis_record(grasp: Grasp, found: PostOptimality | None, measured: Sequence[Measure] = ()) -> AnalysisRecord:
     """Return the record of an analysis.
 
     Args:
         grasp: The grasp.
         found: Its post-optimality; None if it was left out.
+        measured: Its measures.
 
     Returns:
         The record.
@@ -84,7 +110,14 @@ def analysis_record(grasp: Grasp, found: PostOptimality | None) -> AnalysisRecor
         stability=stability_record(grasp.stability),
         tolerances=[_tolerance(tolerance) for tolerance in pose_tolerances(grasp)],
         post_optimality=None if found is None else _post_optimality(found),
+        measures=[_measure(each) for each in measured],
     )
+
+
+def _measure(found: Measure) -> MeasureRecord:
+    """Return the record of a measure."""
+    value = finite_or_none(found.value)
+    return MeasureRecord(group=found.group, name=found.name, value=value, unit=found.unit, text=found.text)
 
 
 def _tolerance(tolerance: Tolerance) -> ToleranceRecord:

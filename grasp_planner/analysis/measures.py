@@ -1,0 +1,259 @@
+"""What a grasp is worth in numbers, in groups, each with a sentence: planned, or contacts from elsewhere."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..exceptions import InvalidValueError
+from ..grasp.grasp import Grasp
+from ..model.contacts import grasp_matrix
+from ..model.friction import friction_margins
+from ..model.manipulability import force_manipulability, kinematic_manipulability
+from ..model.quasi_static import CompliantGrasp, compliant_grasp
+from ..model.stiffness import grasp_stiffness, principal_stiffness
+from ..model.subspaces import commanded_forces, grasp_subspaces, rigid_body_motions
+from ..spatial import Array
+from ..values import Value
+from . import quality
+from .force_optimisation import ForceProblem, best_forces
+from .friction_cost import ContactLimits
+from .robustness import contact_robustness
+from .wrench_space import WrenchSpace, edge_wrenches, epsilon, min_weight, wrench_volume
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One number or word about a grasp.
+
+    Attributes:
+        group: What it is about.
+        name: Its name.
+        value: The number; not a number where there is none.
+        unit: Its unit; empty for a pure number.
+        says: One sentence.
+        main: Whether it is among the ones that matter most.
+        text: A word instead of a number.
+    """
+
+    group: str
+    name: str
+    value: float
+    unit: str
+    says: str
+    main: bool = False
+    text: str = ""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactSet(Value):
+    """Hard-finger contacts from anywhere, and what moves them where that is known.
+
+    Attributes:
+        points: c_i [m], of shape (n_c, 3).
+        normals: Unit normals into the object, of shape (n_c, 3).
+        friction: μ of each contact, of shape (n_c,).
+        centre: The object's centre of mass [m], of shape (3,); wrenches are about it.
+        forces: f_i on the object [N], of shape (n_c, 3).
+        wrench: w_ext on the object [N, N m], of shape (6,).
+        springs: Hand and stiffnesses.
+    """
+
+    points: Array
+    normals: Array
+    friction: Array
+    centre: Array
+    forces: Array | None = None
+    wrench: Array | None = None
+    springs: CompliantGrasp | None = None
+
+    @property
+    def grasp_matrix(self) -> Array:
+        """G about the centre, of shape (6, 3 n_c)."""
+        return grasp_matrix(self.points - self.centre)
+
+    @property
+    def length(self) -> float:
+        """L: the largest distance of a contact from the centre [m], by which moments are measured."""
+        return float(np.linalg.norm(self.points - self.centre, axis=1).max())
+
+
+def has_hard_fingers(grasp: Grasp) -> bool:
+    """Return whether the contacts of a grasp are hard fingers, three forces each."""
+    return grasp.grasp_matrix.shape[1] == 3 * len(grasp.contacts.points)
+
+
+def contact_set(grasp: Grasp) -> ContactSet:
+    """Return the contacts of a planned grasp with hard fingers.
+
+    Raises:
+        InvalidValueError: If the contacts are of another kind: the measures are those of hard fingers.
+    """
+    problem = grasp.problem
+    if not has_hard_fingers(grasp):
+        raise InvalidValueError("contacts", "of another kind", "hard fingers, for these measures")
+    springs = None
+    if problem.parameters.contact_stiffness > 0.0 and (np.asarray(problem.joint_compliance) > 0.0).all():
+        springs = compliant_grasp(
+            grasp.grasp_matrix,
+            grasp.hand_jacobian,
+            problem.synergies.basis,
+            contact_stiffness=problem.parameters.contact_stiffness,
+            joint_stiffness=1.0 / problem.joint_compliance,
+        )
+    return ContactSet(
+        grasp.contacts.points,
+        grasp.contacts.normals,
+        np.broadcast_to(problem.parameters.friction, len(grasp.contacts.points)),
+        np.zeros(3),
+        grasp.forces,
+        problem.external_wrench,
+        springs,
+    )
+
+
+def measure_contacts(contacts: ContactSet, *, everything: bool = True) -> tuple[Measure, ...]:
+    """Return the measures of contacts, in groups.
+
+    Args:
+        contacts: The contacts.
+        everything: Whether all are computed, or only the ones that matter most.
+
+    Returns:
+        The measures; what lacks forces, a hand or stiffness is left out.
+    """
+    found = [*_wrenches(contacts, everything), *_forces(contacts)]
+    if contacts.springs is not None:
+        found += [*_hand(contacts, contacts.springs), *_stiffness(contacts, contacts.springs)]
+    found += _shape(contacts)
+    return tuple(each for each in found if everything or each.main)
+
+
+def _wrenches(contacts: ContactSet, everything: bool) -> list[Measure]:
+    """Return what can be resisted."""
+    group, unit = "wrenches it can exert", f"moments over {1e3 * contacts.length:.0f} mm"
+    space = WrenchSpace.of(contacts.grasp_matrix, contacts.normals, contacts.friction, length=contacts.length)
+    closure = quality.force_closure(contacts.points, contacts.normals, contacts.friction)
+    found = [
+        Measure(group, "force-closure margin", closure, "", "above 0: the contacts can resist any wrench", True),
+        Measure(
+            group,
+            "ε, sum of normal forces 1 N",
+            epsilon(space, tolerance=1e-3, max_points=250).value,
+            "N",
+            f"the least wrench, {unit}, that takes 1 N in all [Ferrari, Canny]",
+            True,
+        ),
+    ]
+    if everything:
+        each = WrenchSpace.of(space.grasp, contacts.normals, contacts.friction, bound="Linf")
+        least, volume, weight = (
+            epsilon(each, tolerance=1e-3, max_points=250).value,
+            wrench_volume(space),
+            edge_wrenches(space, 6),
+        )
+        found += [
+            Measure(group, "ε, every normal force 1 N", least, "N", f"the same with 1 N at each contact, {unit}"),
+            Measure(group, "volume of wrenches", volume, "N⁶", "of pyramids of 8 edges, normal forces of 1 N in all"),
+            Measure(
+                group, "min-weight n·l*", len(weight) * min_weight(weight)[0], "", "0 to 1: how evenly forces cancel"
+            ),
+        ]
+    scaled, about = space.grasp, f"of G, {unit}"
+    return [
+        *found,
+        Measure(group, "σ_min(G)", quality.smallest_singular_value(scaled)[0], "", f"least singular value {about}"),
+        Measure(group, "volume of G", quality.ellipsoid_volume(scaled)[0], "", f"product of singular values {about}"),
+        Measure(group, "isotropy of G", quality.isotropy(scaled)[0], "", f"1: all wrenches alike; {about}"),
+    ]
+
+
+def _forces(contacts: ContactSet) -> list[Measure]:
+    """Return what the forces are worth."""
+    group, found = "forces", []
+    wrench = np.zeros(6) if contacts.wrench is None else contacts.wrench
+    if contacts.forces is not None:
+        sizes = np.linalg.norm(contacts.forces, axis=1)
+        spare = friction_margins(contacts.forces, contacts.normals, contacts.friction).min()
+        rest = np.abs(contacts.grasp_matrix @ contacts.forces.ravel() + wrench).max()
+        found = [
+            Measure(group, "norm of the forces", float(np.linalg.norm(sizes)), "N", "√Σ|f|² of all contacts", True),
+            Measure(group, "largest force", float(sizes.max()), "N", "of any contact", True),
+            Measure(group, "least friction to spare", float(spare), "N", "μ f_n − |f_t| of the worst contact", True),
+            Measure(group, "imbalance", float(rest), "N, N m", "largest entry of G f + w_ext"),
+        ]
+    if contacts.wrench is not None and contacts.wrench.any():
+        problem = ForceProblem(contacts.grasp_matrix, contacts.normals, contacts.friction, wrench)
+        for aim, says in (("norm", "of any forces that hold the load"), ("largest", "the least that suffices")):
+            best = best_forces(problem, aim)  # type: ignore[arg-type]  # both are aims
+            value = math.nan if best is None else best.value
+            found.append(Measure(group, f"least possible {aim}", value, "N", says, aim == "norm"))
+    return found
+
+
+def _hand(contacts: ContactSet, springs: CompliantGrasp) -> list[Measure]:
+    """Return what the motors can do."""
+    group, length = "what motors can do", contacts.length
+    spaces = grasp_subspaces(springs.grasp, springs.jacobian)
+    internal, commanded = spaces.internal_forces.shape[1], commanded_forces(springs).shape[1]
+    rigid = rigid_body_motions(springs)["object_motion"].shape[1]
+    classes = ", ".join(spaces.classes) or "none"
+    found = [
+        Measure(group, "kind of grasp", math.nan, "", "by the null spaces of G and J", True, classes),
+        Measure(group, "internal forces commanded", commanded, f"of {internal}", "dimensions the motors reach", True),
+        Measure(group, "rigid motions", rigid, "", "dimensions in which motors move the object and bend no spring"),
+        Measure(
+            group,
+            "σ_min(H)",
+            quality.distance_to_singularity(springs.grasp, springs.jacobian),
+            "",
+            "distance of hand and object from a singular posture",
+        ),
+        Measure(
+            group, "manipulability", quality.manipulability(springs.grasp, springs.jacobian), "", "product of σ(H)"
+        ),
+    ]
+    moving = kinematic_manipulability(springs, length).ratios
+    if len(moving):
+        size = math.sqrt(max(float(moving[-1]), 0.0))
+        found.append(Measure(group, "fastest rigid motion", size, "m/rad", "of the object per motor, turns at L"))
+    felt = force_manipulability(springs, length).ratios
+    if len(felt):
+        best = 1.0 / math.sqrt(max(float(felt[0]), 1e-300))
+        found.append(Measure(group, "motor force per newton", best, "m", "of the wrench the motors feel most"))
+    return found
+
+
+def _stiffness(contacts: ContactSet, springs: CompliantGrasp) -> list[Measure]:
+    """Return how stiffly the object is held, and how robustly."""
+    group = "stiffness and robustness"
+    try:
+        held = principal_stiffness(grasp_stiffness(springs))
+    except InvalidValueError:
+        return [Measure(group, "stiffness", 0.0, "N/m", "the springs do not hold the object", True)]
+    away = float(np.linalg.norm(held.centre - 0.0))
+    limits = ContactLimits(float(contacts.friction.min()), 0.0, 30.0)  # the slipperiest contact counts for all
+    robust = contact_robustness(springs, contacts.normals, limits).value
+    return [
+        Measure(group, "softest shift", float(held.translational[0]), "N/m", "without preload, turning freely", True),
+        Measure(group, "stiffest shift", float(held.translational[2]), "N/m", "without preload, turning freely"),
+        Measure(group, "softest turn", float(held.rotational[0]), "N m/rad", "about the centre of compliance", True),
+        Measure(group, "centre of compliance", 1e3 * away, "mm", "its distance from the object's centre"),
+        Measure(group, "PCR", robust, "N²", "n_c/min V of the commanded forces up to 30 N [Pozzi]"),
+    ]
+
+
+def _shape(contacts: ContactSet) -> list[Measure]:
+    """Return where the contacts are."""
+    group, points = "where the contacts are", contacts.points
+    off = quality.centroid_distance(points, contacts.centre)[0]
+    found = [Measure(group, "centroid off the centre", 1e3 * off, "mm", "less load turns the object if small")]
+    if len(points) >= 3:
+        area, uneven = 1e4 * quality.grasp_polygon_area(points), quality.polygon_shape(points)
+        found += [
+            Measure(group, "area of the polygon", area, "cm²", "of the contacts in their plane"),
+            Measure(group, "unevenness of the polygon", uneven, "", "0: regular"),
+        ]
+    return found

@@ -1,0 +1,79 @@
+"""Slices of what a grasp can exert and of how stiffly it holds: forces, moments zero, in the three planes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..analysis.measures import ContactSet
+from ..analysis.wrench_space import WrenchSpace, epsilon, reach
+from ..exceptions import InvalidValueError
+from ..files.writing import replacing
+from ..model.stiffness import grasp_stiffness
+from ..spatial import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PLANES = ((0, 1), (0, 2), (1, 2))
+ANGLES = 72
+"""Rays of a slice."""
+
+
+def draw_measures(contacts: ContactSet, path: Path) -> None:
+    """Draw the slices into a PNG file.
+
+    Args:
+        contacts: The contacts.
+        path: File to write.
+
+    Raises:
+        FileFormatError: If the file can't be written.
+    """
+    figure = measures_figure(contacts)
+    with replacing(path) as file:
+        figure.savefig(file, format="png", dpi=120)
+
+
+def measures_figure(contacts: ContactSet) -> Figure:
+    """Return a figure: wrench space with ε above, displacement under a force below; one column a plane.
+
+    Args:
+        contacts: The contacts; without springs the lower row is left out.
+    """
+    from matplotlib.figure import Figure
+
+    space = WrenchSpace.of(contacts.grasp_matrix, contacts.normals, contacts.friction, length=contacts.length)
+    radius, compliance = epsilon(space, tolerance=1e-3, max_points=250).value, _shift_compliance(contacts)
+    rows = 1 if compliance is None else 2
+    figure = Figure(figsize=(10.0, 3.5 * rows), layout="constrained")
+    grid = figure.subplots(rows, 3, squeeze=False)
+    turn = np.linspace(0.0, 2.0 * np.pi, ANGLES + 1)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    for axes, (first, second) in zip(grid[0], PLANES, strict=True):
+        rays = np.zeros((ANGLES, 6))
+        rays[:, first], rays[:, second] = circle[:-1].T
+        ends = np.array([reach(space, ray)[0] for ray in rays])[:, None] * circle[:-1]
+        axes.fill(*ends.T, alpha=0.3, label="forces it can exert")
+        axes.plot(*(radius * circle).T, label=f"ε = {radius:.3g} N")
+        axes.set(xlabel=f"{'xyz'[first]} [N]", ylabel=f"{'xyz'[second]} [N]", aspect="equal")
+    grid[0, 0].legend(loc="upper right", fontsize="small")
+    grid[0, 1].set_title("per 1 N of normal forces in all")
+    if compliance is not None:
+        for axes, plane in zip(grid[1], PLANES, strict=True):
+            axes.plot(*(1e3 * circle @ compliance[np.ix_(plane, plane)]).T)
+            axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]", aspect="equal")
+        grid[1, 1].set_title("where 1 N around the circle moves the object")
+    return figure
+
+
+def _shift_compliance(contacts: ContactSet) -> Array | None:
+    """Return the shift of the object by a force at its centre [m/N], of shape (3, 3), if springs hold it."""
+    if contacts.springs is None:
+        return None
+    try:
+        return np.linalg.inv(grasp_stiffness(contacts.springs))[:3, :3]
+    except InvalidValueError:
+        return None

@@ -1,0 +1,106 @@
+"""Contacts from elsewhere as JSON: points and normals, and what is known of forces, hand and stiffness."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field, ValidationError
+
+from ..analysis.measures import ContactSet
+from ..exceptions import FileFormatError, InvalidValueError
+from ..files.text import read_text_file
+from ..model.contacts import grasp_matrix
+from ..model.quasi_static import compliant_grasp
+from ..spatial import Array
+from .layout import Record
+
+MAX_BYTES = 10_000_000
+UNIT_TOLERANCE = 1e-3
+"""How far a normal may be from unit length."""
+Rows = list[list[float]]
+
+
+class ContactFile(Record):
+    """A plain file of hard-finger contacts; SI units, one frame."""
+
+    points: list[tuple[float, float, float]] = Field(min_length=1, description="contact points [m]")
+    normals: list[tuple[float, float, float]] = Field(description="unit normals into the object")
+    friction: float = Field(gt=0.0, description="coefficient of friction")
+    centre: tuple[float, float, float] = Field(default=(0.0, 0.0, 0.0), description="centre of mass [m]")
+    forces: list[tuple[float, float, float]] | None = Field(default=None, description="on the object [N]")
+    wrench: tuple[float, float, float, float, float, float] | None = Field(
+        default=None, description="external wrench about the centre [N, N m]"
+    )
+    J: Rows | None = Field(default=None, description="hand Jacobian, 3 n_c rows")
+    S: Rows | None = Field(default=None, description="synergies, n_q rows; the identity if left out")
+    contact_stiffness: float | list[float] | Rows | None = Field(default=None, description="number, diagonal or matrix")
+    joint_stiffness: float | list[float] | Rows | None = None
+    synergy_stiffness: float | list[float] | Rows | None = None
+
+
+def is_contact_file(path: Path) -> bool:
+    """Return whether a file holds contacts and not a grasp of this package: a JSON object with the key ``points``."""
+    try:
+        content = json.loads(read_text_file(path, MAX_BYTES))
+    except (FileFormatError, ValueError, RecursionError):
+        return False
+    return isinstance(content, dict) and "points" in content
+
+
+def read_contact_file(path: Path) -> ContactSet:
+    """Read contacts from elsewhere.
+
+    Args:
+        path: JSON file, see :class:`ContactFile`.
+
+    Returns:
+        The contacts.
+
+    Raises:
+        FileFormatError: If it can't be read or breaks the contract; the reason names the key.
+    """
+    try:
+        found = ContactFile.model_validate_json(read_text_file(path, MAX_BYTES))
+        return _contacts(found)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise FileFormatError(path, f"key {key!r}: {first['msg']}") from None
+    except InvalidValueError as error:
+        raise FileFormatError(path, str(error)) from None
+
+
+def _contacts(found: ContactFile) -> ContactSet:
+    """Return the contacts of a file, checked for sizes."""
+    points, normals = np.array(found.points), np.array(found.normals).reshape(-1, 3)
+    for name, rows in (("normals", normals), ("forces", found.forces)):
+        if rows is not None and len(rows) != len(points):
+            raise InvalidValueError(name, f"{len(rows)} of them", f"one for each of the {len(points)} points")
+    if (np.abs(np.linalg.norm(normals, axis=1) - 1.0) > UNIT_TOLERANCE).any():
+        raise InvalidValueError("normals", normals.tolist(), "of length 1")
+    centre, springs = np.array(found.centre), None
+    if found.J is not None:
+        jacobian = _matrix("J", found.J)
+        basis = np.eye(jacobian.shape[1]) if found.S is None else _matrix("S", found.S)
+        springs = compliant_grasp(
+            grasp_matrix(points - centre),
+            jacobian,
+            basis,
+            contact_stiffness=found.contact_stiffness,
+            joint_stiffness=found.joint_stiffness,
+            synergy_stiffness=found.synergy_stiffness,
+        )
+        if found.contact_stiffness is None and found.joint_stiffness is None:
+            raise InvalidValueError("contact_stiffness", "missing", "given where J is, or joint_stiffness")
+    forces = None if found.forces is None else np.array(found.forces)
+    wrench = None if found.wrench is None else np.array(found.wrench)
+    return ContactSet(points, normals, np.full(len(points), found.friction), centre, forces, wrench, springs)
+
+
+def _matrix(name: str, rows: Rows) -> Array:
+    """Return rows of numbers as a matrix."""
+    if not rows or len({len(row) for row in rows}) != 1 or not rows[0]:
+        raise InvalidValueError(name, rows, "rows of one length")
+    return np.array(rows)
