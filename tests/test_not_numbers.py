@@ -73,8 +73,8 @@ STAINS = {
     "joint_limit": lambda grasp: {"joint_angles": last_nan(grasp.joint_angles)},
     "abduction_order": lambda grasp: {"joint_angles": np.full(15, NAN)},
     "compliance": lambda grasp: {"bending_torques": last_nan(grasp.bending_torques)},
-    "equilibrium_force": lambda grasp: {"forces": last_nan(grasp.forces)},
-    "equilibrium_moment": lambda grasp: {"forces": last_nan(grasp.forces)},
+    "equilibrium_force": lambda grasp: {"intensities": last_nan(grasp.intensities)},
+    "equilibrium_moment": lambda grasp: {"intensities": last_nan(grasp.intensities)},
     "link_object": lambda grasp: pairs_with_nan(grasp, "link_object"),
     "self_collision": lambda grasp: pairs_with_nan(grasp, "self_collision"),
     "ground": lambda grasp: pairs_with_nan(grasp, "ground"),
@@ -156,7 +156,7 @@ def test_the_gate_of_the_simulation_does_not_open():
     assert not GateReport("planned", 0.0, NAN, 1e-3).passed
 
 
-@pytest.mark.parametrize("wrong", ["0.5", True, None, [0.5], "much", 1j])
+@pytest.mark.parametrize("wrong", ["0.5", True, None, [[0.5]], [0.5, True, "x"], "much", 1j])
 def test_a_number_is_no_text_and_no_truth_value(wrong):
     with pytest.raises(gp.InvalidValueError, match="friction") as caught:
         gp.GraspParameters(friction=wrong)

@@ -140,3 +140,38 @@ def test_squeezing_soft_fingers_hard_makes_a_grasp_unstable():
     ]
     assert not found[-1].stable
     assert found[-1].text.startswith("UNSTABLE")
+
+
+def test_frictionless_contacts_slide(right):
+    """Only normal springs: the force follows gap and normal wherever the centre of the tip goes."""
+    parameters = gp.GraspParameters(contact_model=gp.model.Frictionless())
+    shape, rng = gp.EllipsoidObject(), np.random.default_rng(3)
+    problem = gp.GraspProblem.paper(right, shape, n_synergies=8, parameters=parameters, contact_set="power")
+    palm = gp.random_start(problem, rng).palm_pose
+    q0 = right.lower + (right.upper - right.lower) * rng.uniform(0.3, 0.7, 15)
+    grasp = gp.Grasp(problem, q0, palm, rng.normal(0.0, 1e-5, 8))
+    reference = q0 + problem.joint_compliance * grasp.joint_torques
+
+    def wrench(twist):
+        moved = pin.SE3(pin.exp3(twist[3:]), np.array(twist[:3]))
+
+        def contact(q):
+            configuration = HandConfiguration(right, q, moved.inverse() * palm)
+            centres = configuration.contact_centres(problem.frames)
+            found = gp.model.find_contacts(centres, problem.radii, shape)
+            pressed = grasp.normal_forces - problem.parameters.contact_stiffness * (found.gaps - grasp.contacts.gaps)
+            jacobian = configuration.contact_jacobian(problem.frames, centres)
+            return pressed[:, None] * found.normals, centres, jacobian
+
+        def imbalance(q):
+            force, _, jacobian = contact(q)
+            return q - reference + problem.joint_compliance * (jacobian.T @ force.ravel())
+
+        force, centres, _ = contact(fsolve(imbalance, q0, full_output=True, xtol=1e-14)[0])
+        rotation = np.array(moved.rotation)
+        return np.concatenate([rotation @ force.sum(axis=0), rotation @ np.cross(centres, force).sum(axis=0)])
+
+    numeric = -central_differences(wrench, np.zeros(6), np.repeat([2e-6, 1e-4], 3))
+    scale = np.repeat([1.0, 1.0 / grasp.stability.length], 3)
+    size = np.abs(scale[:, None] * numeric * scale).max()
+    assert np.abs(scale[:, None] * (grasp.stability.stiffness - numeric) * scale).max() < 1e-7 * size
