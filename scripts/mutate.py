@@ -54,8 +54,8 @@ MUTATIONS = (
     Mutation("grasp/grasp.py", "if not found.value <= tolerance", "if found.value > tolerance"),
     Mutation(
         "judge/clearance_check.py",
-        "max(0.0, -problem.grasp_object.solid.sample",
-        "min(0.0, -problem.grasp_object.solid.sample",
+        "above_zero(-problem.grasp_object.solid.sample",
+        "above_zero(problem.grasp_object.solid.sample",
     ),
     Mutation("judge/clearance_check.py", "-float(normal @ axis)", "float(normal @ axis)"),
     Mutation("judge/clearance_check.py", "pair.kind == kind and not pair.exempt", "pair.kind == kind"),
