@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..checks import positive
-from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
+from ..grasp.squeeze import squeezed_forces
 from ..spatial import Array
 from .closing import ReferencePath, free_posture, reference_path
 from .engine import quiet_warnings
@@ -30,7 +30,7 @@ FRAME_S = 1.0 / 30.0
 
 
 def squeezed(grasp: Grasp, factor: float) -> Grasp:
-    """Return a grasp with its synergy displacements δσ multiplied: the same contacts, more internal force.
+    """Return a grasp with δσ, or the internal part of its forces, multiplied: the same contacts, more internal force.
 
     Its references follow the forces as well as the synergies can; with few synergies not exactly.
     """
@@ -38,7 +38,7 @@ def squeezed(grasp: Grasp, factor: float) -> Grasp:
     if factor == 1.0:
         return grasp
     if grasp.contact_forces is not None:
-        raise InvalidValueError("squeeze", factor, "1 where forces come from springs")
+        return replace(grasp, contact_forces=squeezed_forces(grasp, grasp.contact_forces, factor))
     return replace(grasp, delta_sigma=factor * grasp.delta_sigma)
 
 

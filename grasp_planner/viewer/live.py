@@ -8,9 +8,10 @@ import numpy as np
 
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
+from ..grasp.squeeze import balanced
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose, readonly
-from .squeeze import balanced, best_squeeze
+from .squeeze import best_squeeze
 
 TOUCH_DISTANCE = 0.005
 """Gap at which the contact forces set in; they are complete at gap zero [m]."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..grasp.grasp import Grasp
+from ..grasp.squeeze import squeezed_forces
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose
 from .live import LiveState, evaluate
-from .squeeze import squeezed_forces
 
 
 @dataclass(frozen=True)

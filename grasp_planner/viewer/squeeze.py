@@ -8,6 +8,7 @@ from scipy import sparse
 from scipy.linalg import null_space
 
 from ..grasp.grasp import Grasp
+from ..grasp.squeeze import balanced
 from ..model.compliance import internal_forces
 from ..spatial import Array
 
@@ -62,16 +63,3 @@ def best_squeeze(grasp: Grasp) -> Array | None:
         return None
     found = np.array(solution.x)[:n_s] / size
     return (fixed + by_sigma @ found).reshape(n_c, d) if springs else found
-
-
-def balanced(grasp: Grasp, forces: Array) -> Array:
-    """Return the intensities nearest to some that balance the load [N], of shape (n_c, d)."""
-    left = grasp.grasp_matrix @ forces.ravel() + grasp.problem.external_wrench
-    correction: Array = np.linalg.lstsq(grasp.grasp_matrix, -left, rcond=None)[0]
-    return forces + correction.reshape(forces.shape)
-
-
-def squeezed_forces(grasp: Grasp, forces: Array, factor: float) -> Array:
-    """Return intensities that balance the load, their internal part multiplied [N], of shape (n_c, d)."""
-    carrying = balanced(grasp, np.zeros_like(forces))
-    return carrying + factor * (balanced(grasp, forces) - carrying)
