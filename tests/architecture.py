@@ -26,6 +26,7 @@ ROOMS = (
     "evaluation",
     "multistart",
     "judge",
+    "closing",
     "terms",
     "grasp",
     "planning",

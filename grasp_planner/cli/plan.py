@@ -106,6 +106,7 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         ("clearance", _clearance_text(grasp)),
         ("force closure", f"{'yes' if grasp.force_closed else 'no'}, margin {grasp.force_closure_margin:.3f}"),
         *margin_rows(grasp),
+        *([("closing", grasp.closing.text)] if grasp.feasible else []),
         ("σ [rad]", " ".join(f"{value:+.4f}" for value in grasp.sigma)),
         (
             "search",

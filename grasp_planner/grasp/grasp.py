@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from ..closing.closing import ClosingReport, close_grasp
 from ..judge.posed_grasp import PosedGrasp
 from ..terms.objective import problem_objective
 from .search_report import IterationRecord as IterationRecord
@@ -74,6 +75,11 @@ class Grasp(PosedGrasp):
     def not_asked(self) -> tuple[str, ...]:
         """What the problem did not ask for and the grasp does not have, in words."""
         return not_asked(self)
+
+    @cached_property
+    def closing(self) -> ClosingReport:
+        """How it closes from an open hand, and whether it then holds; not asked for by any requirement."""
+        return close_grasp(self)
 
     @property
     def verdict(self) -> str:

@@ -7,12 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from ..closing.path import posture_overlaps
 from ..grasp.grasp import Grasp
-from ..judge.clearance_check import hand_clearances, penetration
-from ..model.contacts import find_contacts, fingertip_positions
-from ..problem.term import above_zero
 from ..spatial import Array
 from .protocol import Geometry
 
@@ -53,12 +49,5 @@ def check_posture(grasp: Grasp, q: Array, posture: str, geometry: Geometry, limi
     Returns:
         The overlaps.
     """
-    problem = grasp.problem
-    centres = fingertip_positions(problem.hand, problem.frames, q, grasp.palm_pose)
-    gaps = find_contacts(centres, problem.radii, problem.grasp_object.solid).gaps
-    overlap, own = above_zero(-gaps.min()), 0.0
-    if geometry == "links":
-        clearances = hand_clearances(problem, q, grasp.palm_pose)
-        overlap = above_zero(np.maximum(overlap, penetration(clearances, "link_object")))
-        own = penetration(clearances, "self_collision")
+    overlap, own = posture_overlaps(grasp.problem, q, grasp.palm_pose, links=geometry == "links")
     return GateReport(posture, overlap, own, limit)

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..checks import positive
+from ..closing.path import ReferencePath, free_posture, reference_path
 from ..grasp.grasp import Grasp
 from ..grasp.squeeze import squeezed_forces
 from ..spatial import Array
-from .closing import ReferencePath, free_posture, reference_path
 from .engine import quiet_warnings
 from .gate import GateReport, check_posture
 from .protocol import PLAN, Protocol
@@ -73,7 +73,7 @@ def simulate_grasp(
     tested = squeezed(grasp, squeeze)
     world = World(tested, protocol)
     say = progress or (lambda _: None)
-    path = reference_path(tested, protocol.geometry) if protocol.start == "open" else None
+    path = reference_path(tested, links=protocol.geometry == "links") if protocol.start == "open" else None
     gates = _gates(tested, protocol, path)
     surface_error = world.surface_error()
     rest: RestReport | None = None

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.closing.path import free_posture, reference_path
 from grasp_planner.simulate import PROTOCOLS, Protocol, find_protocol, protocol_from, simulate_grasp, simulation_json
-from grasp_planner.simulate.closing import free_posture, reference_path
 from grasp_planner.simulate.gate import check_posture
 
 

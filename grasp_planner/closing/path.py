@@ -1,4 +1,4 @@
-"""How the hand closes: its references from an open hand to a touching one to the plan's squeeze."""
+"""The references of a closing hand: from an open hand to a touching one to the plan's squeeze."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..grasp.grasp import Grasp
-from ..spatial import Array
-from .gate import check_posture
-from .protocol import Geometry
+from ..judge.clearance_check import hand_clearances, penetration
+from ..judge.posed_grasp import PosedGrasp
+from ..model.contacts import find_contacts, fingertip_positions
+from ..problem.problem import GraspProblem
+from ..problem.term import above_zero
+from ..spatial import Array, Pose
 
 OPENINGS = (0.02, 0.012, 0.006, 0.003, 0.0015)
 """Mean distances of the open fingertips from the object [m] …"""
@@ -37,13 +39,19 @@ class ReferencePath:
         """Return where each stage begins and ends."""
         return (self.open, self.touching), (self.touching, self.squeezing)
 
+    def at(self, time: float) -> Array:
+        """Return σ at a time: 0 open, 1 touching, 2 squeezing [rad], of shape (n_s,)."""
+        if time <= 1.0:
+            return self.open + time * (self.touching - self.open)
+        return self.touching + (time - 1.0) * (self.squeezing - self.touching)
 
-def reference_path(grasp: Grasp, geometry: Geometry = "links") -> ReferencePath:
+
+def reference_path(grasp: PosedGrasp, *, links: bool = True) -> ReferencePath:
     """Return how the references go from an open hand to a grasp.
 
     Args:
         grasp: The grasp.
-        geometry: What of the hand must not overlap when it is open.
+        links: Whether no link may overlap when the hand is open; if not, only fingertips count.
 
     Returns:
         The references.
@@ -56,16 +64,15 @@ def reference_path(grasp: Grasp, geometry: Geometry = "links") -> ReferencePath:
     away = jacobian @ (grasp.joint_angles - grasp.reference_joint_angles)
     touching = grasp.sigma + np.linalg.solve(by_sigma.T @ by_sigma + regular, by_sigma.T @ away)
     slopes = -np.einsum("ij,ijk->ik", grasp.contacts.normals, by_sigma.reshape(-1, 3, n_s))
-    candidates = [
-        touching + opening * _opening_step(slopes, damping) for opening in OPENINGS for damping in OPENING_DAMPINGS
-    ]
-    reports = []
-    for sigma in candidates:
-        reports.append(check_posture(grasp, free_posture(grasp, sigma), "open", geometry, 0.0))
-        if reports[-1].passed:
+    steps = [_opening_step(slopes, damping) for damping in OPENING_DAMPINGS]
+    best, least = touching, np.inf
+    for sigma in (touching + opening * step for opening in OPENINGS for step in steps):
+        overlap = max(posture_overlaps(grasp.problem, free_posture(grasp, sigma), grasp.palm_pose, links=links))
+        if overlap < least:
+            best, least = sigma, overlap
+        if overlap <= 0.0:
             break
-    overlaps = [max(report.object_overlap, report.self_overlap) for report in reports]
-    return ReferencePath(candidates[int(np.argmin(overlaps))], touching, grasp.sigma)
+    return ReferencePath(best, touching, grasp.sigma)
 
 
 def _opening_step(slopes: Array, damping: float) -> Array:
@@ -75,7 +82,26 @@ def _opening_step(slopes: Array, damping: float) -> Array:
     return step / max(float((slopes @ step).mean()), 1e-3)
 
 
-def free_posture(grasp: Grasp, sigma: Array) -> Array:
+def free_posture(grasp: PosedGrasp, sigma: Array) -> Array:
     """Return the posture of the hand without contact, within its limits [rad], of shape (n_q,)."""
     hand = grasp.problem.hand
     return np.clip(grasp.problem.synergies.joint_angles(sigma), hand.lower, hand.upper)
+
+
+def posture_overlaps(problem: GraspProblem, q: Array, palm_pose: Pose, *, links: bool = True) -> tuple[float, float]:
+    """Return the deepest overlaps of the hand with the object and with itself at a posture [m].
+
+    Args:
+        problem: The problem.
+        q: The posture [rad], of shape (n_q,).
+        palm_pose: Pose of the palm in O.
+        links: Whether all solids of the hand count; if not, only the fingertips and the object.
+    """
+    centres = fingertip_positions(problem.hand, problem.frames, q, palm_pose)
+    gaps = find_contacts(centres, problem.radii, problem.grasp_object.solid).gaps
+    overlap = above_zero(-gaps.min())
+    if not links:
+        return overlap, 0.0
+    clearances = hand_clearances(problem, q, palm_pose)
+    overlap = above_zero(np.maximum(overlap, penetration(clearances, "link_object")))
+    return overlap, penetration(clearances, "self_collision")

@@ -1,0 +1,1 @@
+"""How a planned grasp closes: the path from an open hand, touches and slip one after the other, what then holds."""

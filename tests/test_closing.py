@@ -1,0 +1,108 @@
+"""How a grasp closes: touches, contact and friction laws, states of rest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from grasp_planner.closing.closing import close_grasp
+from grasp_planner.closing.contact_law import PENALTY, contact_rows
+from grasp_planner.closing.equilibrium import Anchors, Conditions, RestSolver
+from grasp_planner.closing.path import reference_path
+from grasp_planner.closing.touches import find_touches
+
+from .finite_differences import central_differences
+from .stored import stored
+
+
+@pytest.fixture(scope="module")
+def grasp():
+    return stored("point_cylinder")
+
+
+@pytest.fixture(scope="module")
+def closing(grasp):
+    return grasp.closing
+
+
+def changed(grasp, **parameters):
+    problem = replace(grasp.problem, parameters=replace(grasp.problem.parameters, **parameters))
+    return replace(grasp, problem=problem)
+
+
+@pytest.mark.parametrize(
+    ("force", "gap", "slip"),
+    [
+        ((2.0, 0.3, -0.2), 1e-4, (1e-5, 2e-5)),  # stuck
+        ((2.0, 1.5, -0.9), -2e-4, (3e-4, 2e-4)),  # sliding
+        ((0.1, 0.3, -0.2), 5e-4, (1e-5, 2e-5)),  # apart
+    ],
+)
+def test_the_laws_of_a_contact_have_their_derivatives(force, gap, slip):
+    def residual(x):
+        # Moving along the normal, into the object, closes the gap; along the tangents it slips.
+        return contact_rows(x[None, :3], np.array([gap - x[3]]), slip + x[None, 4:], np.array([0.8]), np.array([True]))[
+            2
+        ][0]
+
+    x = np.array([*force, 0.0, 0.0, 0.0])
+    by_force, by_motion, _ = contact_rows(
+        x[None, :3], np.array([gap]), np.array([slip]), np.array([0.8]), np.array([True])
+    )
+    numeric = central_differences(residual, x, [1e-4] * 3 + [1e-6] * 3)
+    np.testing.assert_allclose(np.hstack([by_force[0], by_motion[0]]), numeric, rtol=1e-6, atol=1e-5 * PENALTY)
+
+
+def test_a_contact_that_slides_pulls_the_object_along():
+    force = np.array([[1.0, 0.8, 0.0]])
+    _, _, rest = contact_rows(force, np.zeros(1), np.array([[1e-3, 0.0]]), np.array([0.8]), np.array([True]))
+    np.testing.assert_allclose(rest, 0.0, atol=1e-12)
+    _, _, against = contact_rows(force, np.zeros(1), np.array([[-1e-3, 0.0]]), np.array([0.8]), np.array([True]))
+    assert abs(against[0, 1]) > 0.1
+
+
+@pytest.mark.parametrize("name", ["point_cylinder", "loads"])
+def test_the_plan_is_the_state_of_rest_of_its_own_contacts(name):
+    grasp = stored(name)
+    problem, n_c = grasp.problem, len(grasp.problem.frames)
+    centres = grasp.configuration.contact_centres(problem.frames)
+    solver = RestSolver(problem, grasp.palm_pose)
+    anchors = Anchors(centres, np.tile(grasp.joint_angles, (n_c, 1)), np.full(n_c, True))
+    away = replace(solver.begin(grasp.joint_angles + 1e-3), forces=0.95 * grasp.forces)
+    found = solver.solve(away, Conditions(grasp.reference_joint_angles, anchors, problem.external_wrench))
+    np.testing.assert_allclose(found.forces, grasp.forces, atol=1e-3)
+    np.testing.assert_allclose(found.q, grasp.joint_angles, atol=1e-5)
+    np.testing.assert_allclose(found.translation, grasp.palm_pose.translation, atol=1e-5)
+
+
+def test_fingers_touch_on_the_surface_and_in_the_order_of_their_times(grasp, closing):
+    touches = find_touches(grasp, reference_path(grasp))
+    surface = grasp.problem.grasp_object.solid
+    np.testing.assert_allclose(surface.sample(touches.points).distance, 0.0, atol=1e-7)
+    np.testing.assert_allclose(surface.sample(touches.centres).distance, grasp.problem.radii, atol=1e-6)
+    times = dict(zip(closing.names, closing.times, strict=True))
+    assert list(closing.order) == sorted(times, key=times.get)
+    np.testing.assert_allclose(closing.mismatch, np.linalg.norm(closing.points - grasp.contacts.points, axis=1))
+
+
+def test_forces_at_rest_carry_the_weight_within_their_cones(grasp, closing):
+    assert closing.holds and closing.text.startswith("closes from open")
+    weight = grasp.problem.external_wrench[:3]
+    # The object has turned by less than a degree.
+    np.testing.assert_allclose(closing.forces.sum(axis=0), -weight, atol=0.02 * np.linalg.norm(weight) + 5e-3)
+    assert closing.cone_use.max() <= 1.0 + 1e-2
+    assert (closing.pushes >= closing.displacement - 1e-3).all()
+
+
+def test_a_grasp_that_slips_does_not_close(grasp):
+    slippery = close_grasp(changed(grasp, friction=0.03))
+    assert not slippery.holds
+    assert slippery.text.startswith("does not close")
+
+
+def test_a_finger_that_never_arrives_is_named(grasp):
+    path = reference_path(grasp)
+    stopped = close_grasp(grasp, replace(path, touching=path.open, squeezing=path.open))
+    assert not stopped.holds
+    assert "would not touch" in stopped.text
+    assert not np.isfinite(stopped.times).any()
