@@ -5,11 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grasp_planner.closing.closing import close_grasp
+import grasp_planner as gp
+from grasp_planner.closing.closing import ClosingReport, close_grasp
 from grasp_planner.closing.contact_law import PENALTY, contact_rows
 from grasp_planner.closing.equilibrium import Anchors, Conditions, RestSolver
 from grasp_planner.closing.path import reference_path
 from grasp_planner.closing.touches import find_touches
+from grasp_planner.planning.planner import feasible_rank
+from grasp_planner.records.layout import ClosingRecord
+from grasp_planner.records.parts import closing_record
 
 from .finite_differences import central_differences
 from .stored import stored
@@ -106,3 +110,28 @@ def test_a_finger_that_never_arrives_is_named(grasp):
     assert not stopped.holds
     assert "would not touch" in stopped.text
     assert not np.isfinite(stopped.times).any()
+
+
+def test_grasps_that_close_go_first_if_so_asked(grasp):
+    dear = changed(grasp, force_weight=1.0)  # the worse objective
+    slippery = changed(grasp, friction=0.03)
+    assert feasible_rank(dear) > feasible_rank(slippery)
+    assert feasible_rank(dear, closing=True) < feasible_rank(slippery, closing=True)
+
+
+@pytest.mark.parametrize(("holds", "found"), [(True, 2), (False, 4)])
+def test_the_search_goes_on_until_a_grasp_closes(hand, monkeypatch, holds, found):
+    monkeypatch.setattr(ClosingReport, "holds", holds)
+    law = gp.GraspParameters(force_law="springs")
+    easy = gp.GraspProblem.paper(hand, gp.Cylinder(), n_synergies=15, parameters=law)
+    options = gp.PlannerOptions(enough=2)
+    assert gp.plan_grasp(easy, options=options).search.starts_feasible == found
+    assert gp.plan_grasp(easy, options=replace(options, closing=False)).search.starts_feasible == 2
+
+
+def test_the_record_has_no_infinite_number(grasp):
+    for closing in (grasp.closing, close_grasp(changed(grasp, friction=0.03))):
+        record = closing_record(closing)
+        assert ClosingRecord.model_validate_json(record.model_dump_json()) == record
+        assert record.holds == closing.holds
+        assert (record.forces is None) == (not closing.rests)

@@ -8,8 +8,8 @@ import numpy.typing as npt
 from ..spatial import Array
 
 Flags = npt.NDArray[np.bool_]
-PENALTY = 1000.0
-"""ρ of the projections [N/m]: about the stiffness of a fingertip; any positive number has the same solutions."""
+PENALTY = 300.0
+"""ρ of the projections [N/m]: a fifth of the stiffness of a fingertip; any positive number has the same solutions."""
 
 
 def contact_rows(

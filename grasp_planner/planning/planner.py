@@ -26,6 +26,10 @@ LEAST_SQUARES_GOOD_ENOUGH = 0.3
 """The same for phase one by least squares, which ends inside most of the constraints."""
 WORTH_POLISHING = 0.05
 """Largest scaled violation after phase two that a last least-squares solve may remove."""
+PATIENCE = 2
+"""How many times as many feasible grasps as are enough are looked for while none of them closes."""
+CLOSES = (False, False)
+"""What the rank of a feasible grasp that closes begins with."""
 
 
 @dataclass
@@ -81,15 +85,16 @@ def plan_grasp(
         return search.best()
 
 
-def feasible_rank(grasp: Grasp) -> tuple[float, ...]:
+def feasible_rank(grasp: Grasp, *, closing: bool = False) -> tuple[float, ...]:
     """Return what feasible grasps are ordered by, the best first.
 
-    The objective to three digits; of equally good ones the angle between the first task and its ellipsoid in whole
-    degrees, then the iterations it took.
+    If so asked, whether they close from an open hand; the objective to three digits; of equally good ones the angle
+    between the first task and its ellipsoid in whole degrees, then the iterations it took.
     """
     angle, _ = grasp.alignments[0]
     iterations = grasp.search.iterations if grasp.search is not None else 0
-    return False, float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
+    apart = closing and not grasp.closing.holds
+    return False, apart, float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
 
 
 class _Search:
@@ -106,6 +111,8 @@ class _Search:
     ) -> None:
         self.problem, self.seed, self.options = problem, seed, options
         self.callback, self.cancel, self.result_callback = callback, cancel, result_callback
+        asked = problem.parameters.force_law == "springs" if options.closing is None else options.closing
+        self.closing = asked and options.enough > 1  # of one grasp there is nothing to choose
         self.began = time.perf_counter()
         self.tried = self.feasible = self.evaluations = 0
         self.stopped = False
@@ -115,7 +122,10 @@ class _Search:
     @property
     def finished(self) -> bool:
         """Whether no further start is to be tried."""
-        return self.stopped or self.feasible >= self.options.enough
+        wanted = self.options.enough
+        if self.closing and self._best is not None and self._best[0][:2] != CLOSES:
+            wanted *= PATIENCE
+        return self.stopped or self.feasible >= wanted
 
     def run(self, starts: Iterator[GraspStart]) -> None:
         """Try starts until enough grasps are found or the search has to end."""
@@ -282,7 +292,7 @@ class _Search:
         grasp = self._grasp(attempt)
         feasible = grasp.is_feasible(FEASIBILITY_TOLERANCE)
         self.feasible += feasible
-        rank = feasible_rank(grasp) if feasible else (True, attempt.program.merit(attempt.z))
+        rank = feasible_rank(grasp, closing=self.closing) if feasible else (True, attempt.program.merit(attempt.z))
         if self._best is None or rank < self._best[0]:
             self._best = (rank, grasp)
         if self.result_callback is not None:

@@ -19,6 +19,8 @@ class PlannerOptions:
         time_limit_s: Most wall time [s]; None for no limit.
         phase_one: Whether to look for feasibility first, by least squares (by SQP from prepared starts and where
             least squares leaves clearances violated); None decides: with few synergies or clearances it does.
+        closing: Whether grasps that close from an open hand go before all others, and up to twice as many are looked
+            for until one does; None: where forces come from springs.
     """
 
     starts: int = setting(40, "Most starts.", low=1, high=1e6, step=1)
@@ -38,6 +40,12 @@ class PlannerOptions:
     )
     phase_one: bool | None = setting(
         None, "Whether to look for feasibility first.", kind="truth", none="yes with few synergies or clearances"
+    )
+    closing: bool | None = setting(
+        None,
+        "Whether grasps that close from an open hand go first.",
+        kind="truth",
+        none="yes where forces come from springs",
     )
 
     def __post_init__(self) -> None:

@@ -35,6 +35,7 @@ from .layout import (
 )
 from .parts import (
     clearance_records,
+    closing_record,
     finite_or_none,
     margins_record,
     pose_from_record,
@@ -67,6 +68,7 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
             problem.tasks, grasp.transmission_ratios, grasp.alignments, strict=True
         )
     ]
+    springs = problem.parameters.force_law == "springs"
     return GraspRecord(
         hand=problem.hand.name,
         hand_source=hand_source_record(problem.hand),
@@ -110,6 +112,7 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         clearances=clearance_records(grasp),
         margins=margins_record(grasp.margins),
         stability=stability_record(grasp.stability),
+        closing=closing_record(grasp.closing) if grasp.feasible and springs else None,
     )
 
 

@@ -141,6 +141,25 @@ class StabilityRecord(Record):
     length: Number = Field(description="m")
 
 
+class ClosingRecord(Record):
+    """How the grasp closes from an open hand, quasi-statically, the object held and then let go; lists by contact."""
+
+    holds: bool = Field(description="whether the closed hand holds a push along ±x, ±y, ±z")
+    message: str
+    times: list[Optional] = Field(description="of touches: 0 open, 1 touching references, 2 the plan's; null: none")
+    points: list[Vector3] = Field(description="where each finger first touches, in O, m")
+    mismatch: list[Number] = Field(description="of these points to the planned contacts, m")
+    mismatch_force: list[Number] = Field(description="the same by the stiffness of the fingers, N")
+    forces: list[Vector3] | None = Field(description="of the hand on the object at rest, N; null if it is lost")
+    cone_use: list[Number] = Field(description="|f_t|/(μ f_n) at rest")
+    slip: list[Number] = Field(description="over the object, m")
+    overlap: Optional = Field(description="deepest of a link at rest, m; null if the object is lost, as below")
+    displacement: Optional = Field(description="of the object at rest, m")
+    rotation: Optional = Field(description="of the object at rest, rad")
+    push: Number = Field(description="N")
+    pushes: list[Optional] = Field(description="how far a push along +x, +y, +z, −x, −y, −z moves the object, m")
+
+
 class ViolationRecord(Record):
     """By how much one requirement is violated."""
 
@@ -209,6 +228,9 @@ class GraspRecord(Record):
     clearances: list[ClearanceRecord] = Field(default=[], description="the closest pair of every kind")
     margins: MarginsRecord | None = Field(default=None, description="null in files written before margins")
     stability: StabilityRecord | None = Field(default=None, description="null in files written before stability")
+    closing: ClosingRecord | None = Field(
+        default=None, description="null in older files, if infeasible, and where forces do not come from springs"
+    )
 
     @field_validator("violations", mode="before")
     @classmethod

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pinocchio as pin
 
+from ..closing.closing import ClosingReport
 from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..judge.clearance_check import ClearanceKind, least_distance
@@ -16,6 +17,7 @@ from ..spatial import Pose, readonly
 from ..synergies.space import SynergySpace
 from .layout import (
     ClearanceRecord,
+    ClosingRecord,
     MarginRecord,
     MarginsRecord,
     PoseRecord,
@@ -126,4 +128,24 @@ def stability_record(stability: Stability) -> StabilityRecord:
         without_preload=stability.without_preload,
         finger_stiffness=stability.finger_stiffness,
         length=stability.length,
+    )
+
+
+def closing_record(closing: ClosingReport) -> ClosingRecord:
+    """Return the record of how a grasp closes."""
+    return ClosingRecord(
+        holds=closing.holds,
+        message=closing.text,
+        times=[finite_or_none(time) for time in closing.times],
+        points=closing.points.tolist(),
+        mismatch=closing.mismatch.tolist(),
+        mismatch_force=closing.mismatch_force.tolist(),
+        forces=closing.forces.tolist() if closing.rests else None,
+        cone_use=closing.cone_use.tolist(),
+        slip=closing.slip.tolist(),
+        overlap=finite_or_none(closing.overlap),
+        displacement=finite_or_none(closing.displacement),
+        rotation=finite_or_none(closing.rotation),
+        push=closing.push,
+        pushes=[finite_or_none(moved) for moved in closing.pushes],
     )
