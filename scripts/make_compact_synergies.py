@@ -40,13 +40,17 @@ LEAST = 0.015
 """Spread from which a direction that the grasps share counts [rad]."""
 
 
+PARAMETERS = gp.GraspParameters(force_weight=FORCE_WEIGHT, force_law="controllable")
+"""Grasps move together with their δσ, which eq. (17) needs."""
+
+
 def problem_of(hand: str, contacts: str | None, seed: int, space: gp.SynergySpace) -> gp.GraspProblem:
     """Return a training problem."""
     kind = KINDS[seed % len(KINDS)]
     case = BenchmarkCase(
         seed, space.n_synergies, hand, object_kind=kind, contact_set=contacts, clearance=True, loads=True
     )
-    return replace(case.problem(), synergy_space=space, parameters=gp.GraspParameters(force_weight=FORCE_WEIGHT))
+    return replace(case.problem(), synergy_space=space, parameters=PARAMETERS)
 
 
 def plan_some(job: tuple[str, str | None, int, gp.SynergySpace, int, int]) -> list[compact.FreeGrasp]:

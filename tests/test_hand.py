@@ -154,7 +154,7 @@ def test_binary_files_are_not_text(copy):
         ({"n_synergies": 2.5}, "n_synergies"),
         ({"n_synergies": True}, "n_synergies"),
         ({"tasks": ()}, "tasks"),
-        ({"tasks": (gp.twist_task([1, 0, 0, 0, 0, 0]),)}, "n_synergies"),
+        ({"tasks": (gp.twist_task([1, 0, 0, 0, 0, 0]),), "n_synergies": 3}, "n_synergies"),
     ],
 )
 def test_bad_problems_name_the_field(right, arguments, field):

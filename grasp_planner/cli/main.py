@@ -21,7 +21,11 @@ EXIT_UNFORESEEN = 70
 """Exit code of an error that nobody foresaw (EX_SOFTWARE of sysexits.h)."""
 COMMANDS = {
     "plan": (".plan", "plan", "Plan a task-specific force-closure grasp."),
-    "analyse": (".analyse", "analyse", "Print margins, stability, tolerance and sensitivities of a planned grasp."),
+    "analyse": (
+        ".analyse",
+        "analyse",
+        "Print margins, measures, stability, tolerance and sensitivities of a planned grasp.",
+    ),
     "improve": (
         ".analyse",
         "improve",

@@ -162,7 +162,7 @@ class GraspObject(Value, ABC):
         return readonly(mesh.moment_inertia * (self.mass / mesh.volume))
 
 
-SIZES, MASSES = (1e-6, 100.0), (1e-9, 1e6)
+SIZES, MASSES = (1e-6, 1000.0), (1e-9, 1e6)
 """Least and largest size [m] and mass [kg] of an object."""
 
 

@@ -41,7 +41,7 @@ def test_three_four_or_five_fingers(hand, fingers):
 def test_contacts_are_checked(hand):
     with pytest.raises(gp.NameNotFoundError, match="did you mean 'thumb'"):
         problem(hand, contacts=("thum", "index", "ring"))
-    with pytest.raises(gp.InvalidValueError, match="at least three"):
+    with pytest.raises(gp.InvalidValueError, match="at least 3"):
         problem(hand, contacts=("thumb", "index"))
     with pytest.raises(gp.InvalidValueError, match="once"):
         problem(hand, contacts=("thumb", "index", "ring", "ring"))
