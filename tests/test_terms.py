@@ -418,3 +418,15 @@ def test_a_violation_that_is_no_number_is_none_that_is_met(plain):
     judged = replace(plain, problem=replace(plain.problem, constraints=(_Undefined(0.0),)))
     assert not judged.feasible
     assert grasp_record(judged).violations["palm_above"].value is None
+
+
+def test_own_costs_are_shown(raised):
+    """On the command line with value and weight, on the page in the unit that people read."""
+    from grasp_planner.cli.plan import own_cost_rows
+    from grasp_planner.viewer.text import headline
+
+    grasp = replace(raised, problem=replace(raised.problem, costs=(_Height().weighted(0.5),)))
+    ((name, text),) = own_cost_rows(grasp)
+    assert name == "palm_height" and text.startswith(f"{_Height().clear_value(grasp):.3g} m²") and "0.5" in text
+    assert headline(grasp)[-1][0] == "palm height"
+    assert own_cost_rows(raised) == []

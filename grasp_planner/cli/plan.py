@@ -15,6 +15,7 @@ from ..analysis.why_not import explain_infeasibility
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from ..judge.clearance_check import ClearanceKind
 from ..planning.planner import plan_grasp
+from ..problem.term import own_costs
 from ..records.grasp_record import grasp_json
 from .margins import margin_rows, new_table
 from .options import planner_options, problem_from_options, problem_options, search_options
@@ -102,6 +103,7 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         ("synergies", f"{problem.n_synergies} of set {_set_name(grasp)}"),
         ("F", f"{grasp.force_norm:.4f} N (floor at these contacts {grasp.force_norm_floor:.4f} N)"),
         ("C", f"{grasp.task_index:.4g}"),
+        *own_cost_rows(grasp),
         *_task_rows(grasp),
         ("clearance", _clearance_text(grasp)),
         ("force closure", f"{'yes' if grasp.force_closed else 'no'}, margin {grasp.force_closure_margin:.3f}"),
@@ -121,6 +123,14 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
     console.print(_contact_table(grasp))
     console.print(_joint_table(grasp))
     console.print(_violation_table(grasp))
+
+
+def own_cost_rows(grasp: Grasp) -> list[tuple[str, str]]:
+    """Return the user's own costs of a grasp, by the plain formulas, with their weights in the objective."""
+    return [
+        (each.cost.name, f"{each.cost.unit.text(each.cost.clear_value(grasp))}, weight {each.weight:g}")
+        for each in own_costs(grasp.problem.costs)
+    ]
 
 
 def _clearance_text(grasp: Grasp) -> str:

@@ -8,7 +8,7 @@ import math
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
 from ..grasp.verdict import Violation
 from ..problem.settings import text_of_numbers
-from ..problem.term import METRE, Unit
+from ..problem.term import METRE, Unit, own_costs
 from ..terms.posture import JointLimits
 from .live import contact_share
 from .scene.clearances import link_clearances
@@ -125,7 +125,7 @@ def links_penetrate(grasp: Grasp) -> bool:
 
 
 def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
-    """Return the five numbers of a grasp: symbol, value with unit, and what it is."""
+    """Return the main numbers of a grasp, and the user's own costs: symbol, value with unit, and what it is."""
     angle, degenerate = grasp.alignments[0]
     task = grasp.problem.tasks[0]
     symbol = "β" if task.is_motion else "α"
@@ -140,6 +140,10 @@ def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
         ("C", number(grasp.task_index, 2), "task index, small is good"),
         ("angle", degrees(angle) + ("*" if degenerate else ""), "task against the ellipsoid's long axis" + flag),
         (symbol, number(grasp.transmission_ratios[0]), "transmission along the task per unit of synergy effort"),
+        *(
+            (readable(each.cost.name), quantity(each.cost.clear_value(grasp), each.cost.unit), "a cost of your own")
+            for each in own_costs(grasp.problem.costs)
+        ),
     ]
 
 

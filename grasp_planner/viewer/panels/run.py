@@ -32,7 +32,7 @@ LABELS = {
 """Columns that are called otherwise on the page."""
 FIGURES = (
     ("reason", "reason", ""),
-    ("objective", "w_F F + w_C C", ""),
+    ("objective", "objective", ""),
     ("force_norm", "F", " N"),
     ("force_norm_floor", "floor", " N"),
     ("task_index", "C", ""),
