@@ -96,7 +96,7 @@ def test_what_has_no_size_is_read_up_to_its_bound(tmp_path):
         "cylinder:radius=1e308",
         "sphere:radius=1e-300",
         "sphere:mass=1e300",
-        "box:x=200",
+        "box:x=2000",
         "cylinder:mass=1e-300",
         "cone:caps=1e200",
     ],

@@ -54,20 +54,7 @@ MAX_RECORD_BYTES = 5_000_000
 def grasp_record(grasp: Grasp) -> GraspRecord:
     """Return the record of a grasp; every number is computed by the grasp itself."""
     problem, search = grasp.problem, grasp.search or SearchReport(seed=0)
-    tasks = [
-        TaskRecord(
-            text=task.text,
-            kind=task.kind,
-            direction=task.direction.tolist(),
-            weight=task.weight,
-            transmission_ratio=finite_or_none(ratio),
-            alignment_angle_deg=finite_or_none(angle),
-            alignment_degenerate=degenerate,
-        )
-        for task, ratio, (angle, degenerate) in zip(
-            problem.tasks, grasp.transmission_ratios, grasp.alignments, strict=True
-        )
-    ]
+    tasks = _task_records(grasp)
     springs = problem.parameters.force_law == "springs"
     return GraspRecord(
         hand=problem.hand.name,
@@ -114,6 +101,24 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         stability=stability_record(grasp.stability),
         closing=closing_record(grasp.closing) if grasp.feasible and springs else None,
     )
+
+
+def _task_records(grasp: Grasp) -> list[TaskRecord]:
+    """Return the records of all tasks."""
+    return [
+        TaskRecord(
+            text=task.text,
+            kind=task.kind,
+            direction=task.direction.tolist(),
+            weight=task.weight,
+            transmission_ratio=finite_or_none(ratio),
+            alignment_angle_deg=finite_or_none(angle),
+            alignment_degenerate=degenerate,
+        )
+        for task, ratio, (angle, degenerate) in zip(
+            grasp.problem.tasks, grasp.transmission_ratios, grasp.alignments, strict=True
+        )
+    ]
 
 
 def _contact_records(grasp: Grasp) -> list[ContactRecord]:

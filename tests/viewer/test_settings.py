@@ -62,6 +62,7 @@ OTHER_SEARCH = {
     "tolerance": 1e-6,
     "time_limit_s": 12.5,
     "phase_one": False,
+    "closing": False,
 }
 HANDS = tuple(gp.hand_library())
 

@@ -28,6 +28,7 @@ class SettingsPanel:
         self._settings = {each.name: each for each in settings_of(owner) if each.name not in set(without)}
         self.widgets: dict[str, Any] = {name: _widget(gui, each) for name, each in self._settings.items()}
         self._shown = {name: widget.value for name, widget in self.widgets.items()}
+        self._read = self._shown
         for widget in self.widgets.values():
             widget.on_update(lambda _: changed())
 
@@ -37,10 +38,11 @@ class SettingsPanel:
         Raises:
             GraspPlannerError: If a text can't be read.
         """
+        self._read = {name: widget.value for name, widget in self.widgets.items()}
         return {
-            name: _value(self._settings[name], widget.value)
-            for name, widget in self.widgets.items()
-            if widget.value != self._shown[name]
+            name: _value(self._settings[name], value)
+            for name, value in self._read.items()
+            if value != self._shown[name]
         }
 
     def options(self, base: Any) -> Any:
@@ -55,8 +57,8 @@ class SettingsPanel:
         return replace(base, **self.changes())
 
     def settle(self) -> None:
-        """Take what the widgets say for what holds."""
-        self._shown = {name: widget.value for name, widget in self.widgets.items()}
+        """Take what :meth:`changes` read for what holds; what was changed since then is still to be read."""
+        self._shown = self._read
 
     def show(self, options: Any) -> None:
         """Show options; to be called by the worker only."""
