@@ -32,6 +32,7 @@ from .margins import (
     worst_passive_margin,
 )
 from .stability import Stability, grasp_stability
+from .surface_check import exact_contacts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,6 +83,11 @@ class PosedGrasp(Value):
         problem = self.problem
         centres = self.configuration.contact_centres(problem.frames)
         return find_contacts(centres, problem.radii, problem.grasp_object)
+
+    @cached_property
+    def surface_contacts(self) -> Contacts:
+        """The same contacts on the object's exact surface, of a mesh its triangles."""
+        return exact_contacts(self.contacts, self.problem.radii, self.problem.grasp_object)
 
     @cached_property
     def grasp_matrix(self) -> Array:

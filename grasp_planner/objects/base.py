@@ -15,6 +15,7 @@ from ..checks import positive
 from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
 from ..values import Value, exact_text
+from .triangles import NearestPoints
 
 if TYPE_CHECKING:
     import trimesh
@@ -106,6 +107,30 @@ class GraspObject(Value, ABC):
     def hessians(self, points: Array) -> Array:
         """Return the Hessian of the signed distance [1/m] at points (..., 3), of shape (..., 3, 3)."""
         return self.field(points).hessian
+
+    def nearest(self, points: Array) -> NearestPoints:
+        """Return the nearest points of the exact surface, for checks; of closed forms, by :meth:`sample`.
+
+        Args:
+            points: Points in O [m], of shape (n, 3).
+
+        Returns:
+            Signed distances, nearest points and outward normals there.
+        """
+        found = self.sample(points)
+        return NearestPoints(found.distance, points - found.distance[:, None] * found.gradient, found.gradient)
+
+    def normal_spread(self, points: Array, radius: float) -> Array:
+        """Return the widest angle between normals of the exact surface within a distance of points of it.
+
+        Args:
+            points: Points on the surface in O [m], of shape (n, 3).
+            radius: The distance [m].
+
+        Returns:
+            The angles [rad], of shape (n,); 0 where no edge is known: closed forms have rounded ones.
+        """
+        return np.zeros(len(points))
 
     def region(self, points: Array) -> tuple[Array, Array]:
         """Evaluate the limits of the surface that may be touched.

@@ -16,7 +16,8 @@ import numpy as np
 from ..exceptions import FileFormatError
 from ..files.reading import read_bounded
 from ..files.text import refuse_entities
-from ..spatial import Array, Indices
+from ..spatial import Indices
+from .triangles import winding_number
 
 if TYPE_CHECKING:
     import trimesh
@@ -199,18 +200,10 @@ def _overlap(mesh: trimesh.Trimesh) -> float:
     area = mesh.area_faces[pick]
     # No farther off than a fraction of the triangle itself: neighbours at sharp creases are not reached.
     step = np.minimum(1e-4 * mesh.extents.max(), 0.05 * np.sqrt(area))[:, None]
-    inside = _winding(mesh, centres - step * normals)
-    outside = _winding(mesh, centres + step * normals)
+    inside = winding_number(mesh, centres - step * normals)
+    outside = winding_number(mesh, centres + step * normals)
     wrong = (np.abs(inside - 1.0) > 0.5) | (np.abs(outside) > 0.5)
     return float(area[wrong].sum() / max(float(area.sum()), 1e-300))
-
-
-def _winding(mesh: trimesh.Trimesh, points: Array) -> Array:
-    """Return the winding number of the mesh around points, of shape (n,)."""
-    import igl
-
-    vertices, faces = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
-    return np.asarray(igl.fast_winding_number(vertices, faces, np.ascontiguousarray(points)))
 
 
 def _united(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:

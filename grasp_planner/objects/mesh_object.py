@@ -15,6 +15,7 @@ from ..spatial import Array, readonly
 from ..values import exact_text
 from .base import MASSES, GraspObject, SurfaceSample
 from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid
+from .triangles import NearestPoints, nearest_points, normal_spread
 
 if TYPE_CHECKING:
     import trimesh
@@ -121,6 +122,14 @@ class MeshObject(GraspObject):
         """Evaluate the signed distance; see the base class."""
         found, size = self.loaded.grid.sample(points / self.size), self.size
         return SurfaceSample(size * found.distance, found.gradient, found.hessian / size)
+
+    def nearest(self, points: Array) -> NearestPoints:
+        """Return the nearest points of the triangles themselves; see the base class."""
+        return nearest_points(self.mesh, points)
+
+    def normal_spread(self, points: Array, radius: float) -> Array:
+        """Return the spread of the triangles' normals; see the base class."""
+        return normal_spread(self.mesh, points, radius)
 
     @property
     def distance_error(self) -> float:

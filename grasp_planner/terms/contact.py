@@ -6,6 +6,7 @@ import numpy as np
 
 from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
+from ..judge.surface_check import OFF_SURFACE
 from ..problem.problem import GraspProblem
 from ..problem.term import METRE, Constraint, above_zero
 from ..spatial import Array
@@ -25,8 +26,9 @@ class SurfaceContact(Constraint):
         return state.d_gaps
 
     def violation(self, grasp: PosedGrasp) -> float:
-        """Return the largest gap or overlap of a fingertip."""
-        return float(np.abs(grasp.contacts.gaps).max())
+        """Return the largest gap or overlap of a fingertip, on a mesh's triangles beyond what its pad takes up."""
+        off = np.abs(grasp.surface_contacts.gaps).max() - OFF_SURFACE
+        return float(max(np.abs(grasp.contacts.gaps).max(), off))
 
 
 class ContactRegion(Constraint):

@@ -21,6 +21,7 @@ from .clearance import (
     TipPatch,
 )
 from .contact import ContactRegion, SurfaceContact
+from .edge import EdgeDistance
 from .equilibrium import ForceBalance, MomentBalance
 from .friction import FrictionCone
 from .loads import ForceBudget, LoadFriction, LoadMaxNormal, LoadMinNormal, LoadTorque
@@ -40,6 +41,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     GroundClearance(),
     TipPatch(),
     Tangency(),
+    EdgeDistance(),
     AbductionOrder(),
     LoadFriction(),
     LoadMinNormal(),

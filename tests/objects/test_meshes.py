@@ -15,7 +15,7 @@ import trimesh
 
 import grasp_planner as gp
 from grasp_planner.objects import MeshWarning, grid_cache, mesh_file
-from grasp_planner.objects.distance_grid import exact_distance
+from grasp_planner.objects.triangles import exact_distance
 
 from .helpers import central_differences, surface_points
 

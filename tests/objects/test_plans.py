@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.objects.distance_grid import exact_distance
+from grasp_planner.objects.triangles import exact_distance
 from grasp_planner.records.grasp_record import grasp_record
 
 from .test_state_derivatives import MESHES, SHAPES

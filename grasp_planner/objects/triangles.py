@@ -1,0 +1,129 @@
+"""Exact answers of a triangle mesh: signed distance, nearest points and the normals under a footprint.
+
+Inside and outside follow from the generalized winding number, which is right where normals at edges are not (Barill et
+al., Fast winding numbers for soups and clouds, 2018).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..spatial import Array, Indices
+
+if TYPE_CHECKING:
+    import trimesh
+
+CHUNK = 400_000
+"""Points whose exact distance is computed at once."""
+TOUCHING = 1e-4
+"""Distance below which the direction to the nearest point says nothing and the triangle's normal is taken [m]."""
+SLIVER = 1e-3
+"""Triangles of less area than this share of the footprint's square have no normal to speak of."""
+
+
+@dataclass(frozen=True)
+class NearestPoints:
+    """The points of a surface nearest to n points.
+
+    Attributes:
+        distance: Signed distance, negative inside [m], of shape (n,).
+        points: Nearest points of the surface [m], of shape (n, 3).
+        normals: Unit outward normals there, of shape (n, 3).
+    """
+
+    distance: Array
+    points: Array
+    normals: Array
+
+
+def winding_number(mesh: trimesh.Trimesh, points: Array) -> Array:
+    """Return the generalized winding number of a mesh around points, of shape (n,)."""
+    import igl
+
+    vertices, faces = _arrays(mesh)
+    return np.asarray(igl.fast_winding_number(vertices, faces, np.ascontiguousarray(points)))
+
+
+def exact_distance(mesh: trimesh.Trimesh, points: Array) -> Array:
+    """Return the exact signed distance to a solid, negative inside [m], of shape (n,)."""
+    parts = (np.ascontiguousarray(points[k : k + CHUNK]) for k in range(0, len(points), CHUNK))
+    return np.concatenate([_signed(mesh, part)[0] for part in parts])
+
+
+def nearest_points(mesh: trimesh.Trimesh, points: Array) -> NearestPoints:
+    """Return distances to a solid, the nearest points of its surface and its normals there.
+
+    Args:
+        mesh: The solid, normals outward [m].
+        points: Points [m], of shape (n, 3).
+
+    Returns:
+        The nearest points; normals are those of the triangles for points on the surface, otherwise the direction to
+        the nearest point, which at an edge is between those of its triangles.
+    """
+    distance, faces, closest = _signed(mesh, np.ascontiguousarray(points))
+    normals = np.array(mesh.face_normals[faces])
+    off = np.abs(distance) > TOUCHING
+    normals[off] = (points - closest)[off] / distance[off, None]
+    return NearestPoints(distance, closest, normals)
+
+
+def normal_spread(mesh: trimesh.Trimesh, points: Array, radius: float) -> Array:
+    """Return the widest angle between normals of the surface around points of it.
+
+    Args:
+        mesh: The solid [m].
+        points: Points on its surface [m], of shape (n, 3).
+        radius: Distance up to which triangles count, if they hang together with the nearest one [m].
+
+    Returns:
+        The largest angle between two normals around each point [rad], of shape (n,).
+    """
+    triangles = np.asarray(mesh.triangles)
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    sized = np.asarray(mesh.area_faces) > SLIVER * radius**2
+    spread = np.zeros(len(points))
+    for k, point in enumerate(points):
+        around = np.flatnonzero(((low <= point + radius) & (high >= point - radius)).all(axis=1) & sized)
+        normals = mesh.face_normals[_patch(mesh, around, point, radius)]
+        cosines = np.clip(normals @ normals.T, -1.0, 1.0)
+        spread[k] = np.arccos(cosines.min(initial=1.0))
+    return spread
+
+
+def _patch(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -> Indices:
+    """Return those faces within a radius of a point that hang together with the nearest one."""
+    import trimesh
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    if len(faces) == 0:
+        return faces
+    closest = trimesh.triangles.closest_point(mesh.triangles[faces], np.tile(point, (len(faces), 1)))
+    distance = np.linalg.norm(closest - point, axis=1)
+    faces, distance = faces[distance <= radius], distance[distance <= radius]
+    if len(faces) == 0:
+        return faces
+    corners = np.unique(mesh.faces[faces], return_inverse=True)[1].reshape(-1)
+    rows, count = np.repeat(np.arange(len(faces)), 3), len(faces) + int(corners.max()) + 1
+    links = coo_array((np.ones(len(rows)), (rows, len(faces) + corners)), shape=(count, count))
+    labels = connected_components(links, directed=False)[1][: len(faces)]
+    return faces[labels == labels[np.argmin(distance)]]
+
+
+def _signed(mesh: trimesh.Trimesh, points: Array) -> tuple[Array, Indices, Array]:
+    """Return signed distances, nearest triangles and nearest points."""
+    import igl
+
+    vertices, faces = _arrays(mesh)
+    square, nearest, closest = igl.point_mesh_squared_distance(points, vertices, faces)
+    inside = np.asarray(igl.fast_winding_number(vertices, faces, points)) > 0.5
+    return np.where(inside, -1.0, 1.0) * np.sqrt(square), np.asarray(nearest), np.asarray(closest)
+
+
+def _arrays(mesh: trimesh.Trimesh) -> tuple[Array, Indices]:
+    """Return vertices and triangles as libigl takes them."""
+    return np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)

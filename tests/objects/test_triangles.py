@@ -1,0 +1,137 @@
+"""The exact surface: sides by winding number, normals under a footprint, and what judge and search make of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import igl
+import numpy as np
+import pytest
+import trimesh
+
+import grasp_planner as gp
+from grasp_planner.model.contacts import Contacts
+from grasp_planner.objects.distance_grid import build_distance_grid
+from grasp_planner.objects.triangles import exact_distance, nearest_points, normal_spread
+from grasp_planner.planning.program import GraspProgram
+from grasp_planner.spatial import Pose
+from grasp_planner.terms.edge import EdgeDistance
+
+from .helpers import central_differences
+
+
+def folded_tube():
+    """A tube bent more tightly than it is thick: it folds over itself at the bend, its shading normals mislead."""
+    angle = np.linspace(0.0, 1.5 * np.pi, 40)
+    bend = 0.005 * np.column_stack([np.cos(angle), np.zeros(40), np.sin(angle)])
+    path = np.vstack([[[0.005, 0.0, -0.06]], bend])
+    ring = np.linspace(0.0, 2 * np.pi, 16, endpoint=False)
+    polygon = np.column_stack([np.cos(ring), np.sin(ring)])
+    shapely = pytest.importorskip("shapely.geometry")
+    return trimesh.creation.sweep_polygon(shapely.Polygon(0.008 * polygon), path)
+
+
+def test_sides_follow_the_winding_number():
+    """Inside is where the surface winds around: by the direct sum over all triangles, also where normals mislead."""
+    mesh = folded_tube()
+    points = np.random.default_rng(0).uniform(mesh.bounds[0] - 0.01, mesh.bounds[1] + 0.01, (2000, 3))
+    vertices, faces = np.array(mesh.vertices), np.array(mesh.faces, dtype=np.int64)
+    inside = igl.winding_number(vertices, faces, points) > 0.5
+    kind = igl.SignedDistanceType.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
+    misled = (igl.signed_distance(points, vertices, faces, sign_type=kind)[0] < 0.0) != inside
+    assert misled.mean() > 0.001
+    np.testing.assert_array_equal(exact_distance(mesh, points) < 0.0, inside)
+
+
+def test_nearest_points_of_a_box():
+    """Face, edge and inside: distance, nearest point and outward normal by hand."""
+    mesh = trimesh.creation.box((0.04, 0.06, 0.08))
+    found = nearest_points(mesh, np.array([[0.03, 0.0, 0.01], [0.023, 0.034, 0.0], [0.018, 0.0, 0.0], [0.02, 0, 0.02]]))
+    np.testing.assert_allclose(found.distance, [0.01, 0.005, -0.002, 0.0], atol=1e-12)
+    np.testing.assert_allclose(
+        found.points, [[0.02, 0, 0.01], [0.02, 0.03, 0], [0.02, 0, 0], [0.02, 0, 0.02]], atol=1e-12
+    )
+    np.testing.assert_allclose(found.normals, [[1, 0, 0], [0.6, 0.8, 0], [1, 0, 0], [1, 0, 0]], atol=1e-9)
+
+
+def test_normals_under_a_footprint():
+    """An edge of a box counts within the radius only; the far side of a thin plate does not count."""
+    mesh = trimesh.creation.box((0.04, 0.06, 0.08))
+    points = np.array([[0.02, 0.0, 0.0], [0.02, 0.0288, 0.0], [0.02, 0.0292, 0.0]])
+    np.testing.assert_allclose(normal_spread(mesh, points, 1e-3), [0.0, 0.0, np.pi / 2], atol=1e-6)
+    plate = trimesh.creation.box((0.06, 0.06, 0.0005)).subdivide().subdivide().subdivide().subdivide()
+    assert normal_spread(plate, np.array([[0.001, 0.002, 0.00025]]), 1e-3)[0] < 1e-6
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.02)
+    assert 0.0 < normal_spread(ball, ball.triangles_center[:1], 1e-3)[0] < 2 * 3e-3 / 0.02
+
+
+@pytest.mark.slow
+def test_the_stated_error_is_no_less_than_the_measured_one():
+    """On the sharp edges of 20 prisms and random polyhedra, with other samples than the grid's own."""
+    rng = np.random.default_rng(1)
+    for k in range(20):
+        if k % 2:
+            mesh = trimesh.creation.cylinder(radius=0.02 + 0.0005 * k, height=0.06, sections=3 + k // 2)
+        else:
+            mesh = trimesh.convex.convex_hull(rng.uniform(-0.035, 0.035, (8, 3)))
+        grid = build_distance_grid(mesh, 2e-3)
+        ends = mesh.vertices[mesh.face_adjacency_edges[mesh.face_adjacency_angles > 0.3]]
+        share = rng.uniform(size=(len(ends), 30, 1))
+        points = (share * ends[:, :1] + (1 - share) * ends[:, 1:]).reshape(-1, 3)
+        error = np.abs(grid.sample(points).distance - exact_distance(mesh, points)).max()
+        assert error <= grid.error, k
+
+
+@pytest.fixture(scope="module")
+def bracket_problem(mesh_texts):
+    return gp.GraspProblem(gp.load_hand("allegro_right"), gp.parse_object(mesh_texts["bracket"]))
+
+
+def test_edge_distance_is_asked_for_where_there_are_edges(bracket_problem):
+    """Meshes of a default problem have it; closed forms and the paper's problem do not."""
+    term = EdgeDistance()
+    assert term.wanted(bracket_problem)
+    assert not term.wanted(replace(bracket_problem, grasp_object=gp.Box()))
+    assert not term.wanted(gp.GraspProblem.paper(bracket_problem.hand, bracket_problem.grasp_object))
+
+
+@pytest.mark.parametrize("name", ["torus", "bracket"])
+def test_edge_distance_derivatives(mesh_texts, name):
+    """The Jacobian belongs to the residual."""
+    problem = gp.GraspProblem(gp.load_hand("dlr_hit_ii_right"), gp.parse_object(mesh_texts[name]))
+    rng, term = np.random.default_rng(4), EdgeDistance()
+    start = gp.random_start(problem, rng)
+    program = GraspProgram(problem, start.palm_pose)
+    z = program.pack(start.joint_angles, start.palm_pose, start.delta_sigma)
+
+    def residual(v):
+        return term.residual(problem, program.evaluator.evaluate(v * program.scale))
+
+    state = program.evaluator.evaluate(z * program.scale)
+    analytic = term.jacobian(problem, state) * program.scale
+    assert analytic.shape == (6 * len(problem.frames), z.size)
+    numeric = central_differences(residual, z, 1e-7)
+    np.testing.assert_allclose(analytic, numeric, atol=1e-5 * np.abs(numeric).max())
+
+
+def test_the_judge_looks_at_the_triangles(bracket_problem):
+    """A distance that is wrong by 1 mm deceives the search, not the judge."""
+    solid = bracket_problem.grasp_object.loaded
+    swollen = replace(solid, grid=type(solid.grid)(solid.grid.axes, solid.grid.coefficients - 1e-3, solid.grid.error))
+    problem = replace(bracket_problem, grasp_object=replace(bracket_problem.grasp_object, loaded=swollen))
+    start = gp.random_start(problem, np.random.default_rng(0))
+    grasp = gp.Grasp(problem, start.joint_angles, Pose.of(start.palm_pose), start.delta_sigma)
+    np.testing.assert_allclose(grasp.surface_contacts.gaps - grasp.contacts.gaps, 1e-3, atol=3e-4)
+    assert grasp.contacts.gaps.max() > -grasp.contacts.gaps.min()
+    assert grasp.violations["surface"].value > grasp.contacts.gaps.max() + 5e-4
+
+
+def test_a_contact_on_an_edge_is_a_violation(bracket_problem):
+    """On the middle of a face there is none; within a footprint of a square edge, 90° less the 40° allowed."""
+    corner = bracket_problem.grasp_object.loaded.bounds[0]
+    for inset, expected in ((0.01, 0.0), (0.0005, np.radians(50.0))):
+        point = np.array([corner[0], corner[1] + inset, corner[2] + 0.01])
+        contacts = Contacts(point[None], np.array([[1.0, 0.0, 0.0]]), np.zeros(1))
+        grasp = SimpleNamespace(problem=bracket_problem, surface_contacts=contacts)
+        assert EdgeDistance().violation(grasp) == pytest.approx(expected, abs=1e-6)
