@@ -26,9 +26,9 @@ def exact_contacts(contacts: Contacts, radii: Array, grasp_object: GraspObject) 
 
     Returns:
         Nearest points of the exact surface, its normals into the object and the gaps; the same contacts if the
-        smooth distance is the exact one.
+        smooth distance is the exact one, or if they are no numbers.
     """
-    if grasp_object.distance_error == 0.0:
+    if grasp_object.distance_error == 0.0 or not np.isfinite(contacts.points).all():
         return contacts
     near = grasp_object.nearest(contacts.points - radii[:, None] * contacts.normals)
     return Contacts(near.points, -near.normals, near.distance - radii)

@@ -80,7 +80,7 @@ def normal_spread(mesh: trimesh.Trimesh, points: Array, radius: float) -> Array:
         radius: Distance up to which triangles count, if they hang together with the nearest one [m].
 
     Returns:
-        The largest angle between two normals around each point [rad], of shape (n,).
+        The largest angle between two normals around each point [rad], of shape (n,); NaN where a point is none.
     """
     triangles = np.asarray(mesh.triangles)
     low, high = triangles.min(axis=1), triangles.max(axis=1)
@@ -90,7 +90,7 @@ def normal_spread(mesh: trimesh.Trimesh, points: Array, radius: float) -> Array:
         around = np.flatnonzero(((low <= point + radius) & (high >= point - radius)).all(axis=1) & sized)
         normals = mesh.face_normals[_patch(mesh, around, point, radius)]
         cosines = np.clip(normals @ normals.T, -1.0, 1.0)
-        spread[k] = np.arccos(cosines.min(initial=1.0))
+        spread[k] = np.arccos(cosines.min(initial=1.0)) if np.isfinite(point).all() else np.nan
     return spread
 
 

@@ -75,6 +75,7 @@ BUILT_IN_CONSTRAINTS = (
     "ground",
     "tip_patch",
     "tangency",
+    "edge",
     "abduction_order",
     "load_friction",
     "load_min_normal",

@@ -28,7 +28,7 @@ class SurfaceContact(Constraint):
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the largest gap or overlap of a fingertip, on a mesh's triangles beyond what its pad takes up."""
         off = np.abs(grasp.surface_contacts.gaps).max() - OFF_SURFACE
-        return float(max(np.abs(grasp.contacts.gaps).max(), off))
+        return float(np.maximum(np.abs(grasp.contacts.gaps).max(), off))
 
 
 class ContactRegion(Constraint):

@@ -8,7 +8,7 @@ from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
 from ..judge.surface_check import FOOTPRINT, SPREAD
 from ..problem.problem import GraspProblem
-from ..problem.term import RADIAN, Constraint
+from ..problem.term import RADIAN, Constraint, above_zero
 from ..spatial import Array
 from .padding import padded
 
@@ -59,7 +59,7 @@ class EdgeDistance(Constraint):
     def violation(self, grasp: PosedGrasp) -> float:
         """Return by how much the normals of the exact surface spread too widely under a footprint."""
         spread = grasp.problem.grasp_object.normal_spread(grasp.surface_contacts.points, FOOTPRINT)
-        return float(max(0.0, spread.max() - SPREAD))
+        return above_zero(spread.max() - SPREAD)
 
     def _around(self, state: GraspState) -> Array:
         """Return the points in the tangent planes, of shape (n_c, 6, 3)."""

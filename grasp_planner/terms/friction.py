@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
+from ..model.friction import friction_margins
 from ..problem.problem import GraspProblem
 from ..problem.term import NEWTON, Constraint, above_zero
 from ..spatial import Array
@@ -23,5 +26,9 @@ class FrictionCone(Constraint):
         return state.d_friction_margins
 
     def violation(self, grasp: PosedGrasp) -> float:
-        """Return the most by which a force leaves its cone."""
-        return above_zero(-grasp.friction_margins.min())
+        """Return the most by which a force leaves its cone, on the true surface too where geometry counts."""
+        least = grasp.friction_margins.min()
+        if grasp.problem.clearance.link_object == "geometry":
+            normals, friction = grasp.surface_contacts.normals, grasp.problem.parameters.friction
+            least = np.minimum(least, friction_margins(grasp.forces, normals, friction).min())
+        return above_zero(-least)

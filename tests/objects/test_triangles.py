@@ -17,6 +17,7 @@ from grasp_planner.objects.triangles import exact_distance, nearest_points, norm
 from grasp_planner.planning.program import GraspProgram
 from grasp_planner.spatial import Pose
 from grasp_planner.terms.edge import EdgeDistance
+from grasp_planner.terms.friction import FrictionCone
 
 from .helpers import central_differences
 
@@ -135,3 +136,18 @@ def test_a_contact_on_an_edge_is_a_violation(bracket_problem):
         contacts = Contacts(point[None], np.array([[1.0, 0.0, 0.0]]), np.zeros(1))
         grasp = SimpleNamespace(problem=bracket_problem, surface_contacts=contacts)
         assert EdgeDistance().violation(grasp) == pytest.approx(expected, abs=1e-6)
+
+
+def test_forces_have_to_stay_in_the_cones_of_the_triangles(bracket_problem):
+    """A force that the smooth normal allows and the true one does not is a violation by what it leaves the cone."""
+    forces, friction = np.array([[1.0, 0.0, 0.0]]), bracket_problem.parameters.friction
+    tilted = np.array([[np.cos(1.0), np.sin(1.0), 0.0]])
+    grasp = SimpleNamespace(
+        problem=bracket_problem,
+        forces=forces,
+        friction_margins=np.array([friction]),
+        surface_contacts=Contacts(np.zeros((1, 3)), tilted, np.zeros(1)),
+    )
+    assert FrictionCone().violation(grasp) == pytest.approx(np.sin(1.0) - friction * np.cos(1.0))
+    grasp.problem = gp.GraspProblem.paper(bracket_problem.hand, bracket_problem.grasp_object)
+    assert FrictionCone().violation(grasp) == 0.0
