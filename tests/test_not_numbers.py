@@ -69,6 +69,7 @@ STAINS = {
     "region": lambda grasp: contacts_with_nan(grasp, "points"),
     "tip_patch": lambda grasp: contacts_with_nan(grasp, "normals"),
     "tangency": lambda grasp: {"contacts": replace(grasp.contacts, normals=np.full((5, 3), NAN))},
+    "edge": lambda grasp: {"surface_contacts": replace(grasp.contacts, points=last_nan(grasp.contacts.points))},
     "friction": lambda grasp: {"friction_margins": last_nan(grasp.friction_margins)},
     "joint_limit": lambda grasp: {"joint_angles": last_nan(grasp.joint_angles)},
     "abduction_order": lambda grasp: {"joint_angles": np.full(15, NAN)},

@@ -87,12 +87,14 @@ SMOOTH = {
 }
 """How much smoothing may hide or add, in the unit of the term."""
 BODIES = ("link_object", "joint_centre", "self_collision", "ground")
+OF_MESHES = ("edge",)
+"""Those that only meshes have: tests/objects/test_triangles.py."""
 
 
 def test_every_constraint_has_its_oracle_below():
     """A constraint that is added to the registry is added to one of the tests too."""
     constraints = {term.name for term in REQUIREMENTS if isinstance(term, Constraint)}
-    assert constraints == {*EXACT, *SMOOTH, *BODIES}
+    assert constraints == {*EXACT, *SMOOTH, *BODIES, *OF_MESHES}
     assert {term.name for term in REQUIREMENTS} - constraints == {"joint_limit"}
 
 

@@ -128,9 +128,9 @@ class GraspObject(Value, ABC):
             radius: The distance [m].
 
         Returns:
-            The angles [rad], of shape (n,); 0 where no edge is known: closed forms have rounded ones.
+            The angles [rad], of shape (n,); 0 for closed forms, whose edges are rounded; NaN where a point is none.
         """
-        return np.zeros(len(points))
+        return np.where(np.isfinite(points).all(axis=-1), 0.0, np.nan)
 
     def region(self, points: Array) -> tuple[Array, Array]:
         """Evaluate the limits of the surface that may be touched.
