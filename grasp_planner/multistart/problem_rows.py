@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..evaluation.edge_reserve import edge_reserve, edge_reserve_slope, edges_count
 from ..problem.problem import GraspProblem
 from ..problem.term import METRE, NEWTON, NEWTON_METRE, ONE, RADIAN, Unit
 from ..spatial import Array
@@ -21,6 +22,7 @@ UNITS: dict[str, Unit] = {
     "equilibrium_moment": NEWTON_METRE,
     "friction": NEWTON,
     "region": METRE,
+    "edge": RADIAN,
     "abduction_order": RADIAN,
     "load_friction": NEWTON,
     "load_min_normal": NEWTON,
@@ -68,6 +70,7 @@ class BatchedProblem:
             Rows("equilibrium_moment", contacts.balance[:, 3:], contacts.d_balance[:, 3:], equality=True),
             Rows("friction", *contacts.cone_margins(problem.friction)),
             *self._region(contacts),
+            *self._edge(contacts),
         ]
         if problem.clearance.remark1 and len(problem.abduction_differences):
             order = problem.abduction_differences
@@ -90,24 +93,45 @@ class BatchedProblem:
 
     def _region(self, contacts: BatchedContacts) -> list[Rows]:
         """Return how far contacts are inside the part of the surface that may be touched."""
-        states, count, n_c = contacts.states, len(contacts.states), contacts.points.shape[1]
-        turned = states.rotation[:, None]
-        points = (turned @ contacts.points[..., None])[..., 0] + states.translation[:, None]
+        points, moved = _in_object(contacts)
         margins, gradients = self.problem.grasp_object.region(points.reshape(-1, 3))
         if margins.shape[1] == 0:
             return []
-        inward = (turned.transpose(0, 1, 3, 2)[:, :, None] @ gradients.reshape(count, n_c, -1, 3, 1))[..., 0]
-        moved, n_q = np.array(contacts.d_points), self.problem.hand.n_joints
-        moved[:, :, n_q : n_q + 3] += np.eye(3)
-        moved[:, :, n_q + 3 :] += _turned(contacts.points)
-        slope = inward @ moved.transpose(0, 1, 3, 2)
+        slope = gradients.reshape(*points.shape[:2], -1, 3) @ moved.swapaxes(2, 3)
+        count = len(points)
         return [Rows("region", margins.reshape(count, -1), self._padded(slope.reshape(count, -1, slope.shape[3])))]
+
+    def _edge(self, contacts: BatchedContacts) -> list[Rows]:
+        """Return how far contacts are from edges."""
+        problem, count = self.problem, len(contacts.states)
+        if not edges_count(problem):
+            return []
+        points, moved = _in_object(contacts)
+        turned = contacts.states.rotation[:, None]
+        normals = (turned @ contacts.normals[..., None])[..., 0]
+        leant = np.array(contacts.d_normals)
+        leant[:, :, -3:] += _turned(contacts.normals)
+        leant = leant @ turned.swapaxes(2, 3)
+        value = edge_reserve(problem.grasp_object, points, normals)
+        slope = edge_reserve_slope(problem.grasp_object, points, normals, moved, leant)
+        return [Rows("edge", value.reshape(count, -1), self._padded(slope.reshape(count, -1, slope.shape[3])))]
 
     def _padded(self, derivative: Array) -> Array:
         """Append zero columns for forces."""
         padded = np.zeros((*derivative.shape[:2], self.n_variables))
         padded[:, :, : derivative.shape[2]] = derivative
         return padded
+
+
+def _in_object(contacts: BatchedContacts) -> tuple[Array, Array]:
+    """Return the contact points in O [m], of shape (B, n_c, 3), and their derivatives, of shape (B, n_c, n_g, 3)."""
+    states = contacts.states
+    turned = states.rotation[:, None]
+    points = (turned @ contacts.points[..., None])[..., 0] + states.translation[:, None]
+    moved = np.array(contacts.d_points)
+    moved[:, :, -6:-3] += np.eye(3)
+    moved[:, :, -3:] += _turned(contacts.points)
+    return points, moved @ turned.swapaxes(2, 3)
 
 
 def _turned(points: Array) -> Array:

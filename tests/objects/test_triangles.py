@@ -12,6 +12,7 @@ import trimesh
 
 import grasp_planner as gp
 from grasp_planner.model.contacts import Contacts
+from grasp_planner.multistart.problem_rows import BatchedProblem
 from grasp_planner.objects.distance_grid import build_distance_grid
 from grasp_planner.objects.triangles import exact_distance, nearest_points, normal_spread
 from grasp_planner.planning.program import GraspProgram
@@ -19,6 +20,7 @@ from grasp_planner.spatial import Pose
 from grasp_planner.terms.edge import EdgeDistance
 from grasp_planner.terms.friction import FrictionCone
 
+from ..test_multistart import in_palm, random_states
 from .helpers import central_differences
 
 
@@ -116,6 +118,18 @@ def test_edge_distance_derivatives(mesh_texts, name):
     np.testing.assert_allclose(analytic, numeric, atol=1e-5 * np.abs(numeric).max())
 
 
+def test_edge_distance_of_many_states(bracket_problem):
+    """The rows of a batch are the term's, value and derivatives."""
+    term = EdgeDistance()
+    starts, states = random_states(bracket_problem, np.random.default_rng(5), 3)
+    (rows,) = BatchedProblem(bracket_problem)._edge(BatchedProblem(bracket_problem).contacts(states))
+    for row, start in enumerate(starts):
+        state, turn = in_palm(bracket_problem, start)
+        np.testing.assert_allclose(rows.value[row], term.residual(bracket_problem, state), atol=1e-10)
+        slope = term.jacobian(bracket_problem, state) @ turn
+        np.testing.assert_allclose(rows.derivative[row], slope, atol=1e-10 * np.abs(slope).max())
+
+
 def test_the_judge_looks_at_the_triangles(bracket_problem):
     """A distance that is wrong by 1 mm deceives the search, not the judge."""
     solid = bracket_problem.grasp_object.loaded
@@ -123,7 +137,7 @@ def test_the_judge_looks_at_the_triangles(bracket_problem):
     problem = replace(bracket_problem, grasp_object=replace(bracket_problem.grasp_object, loaded=swollen))
     start = gp.random_start(problem, np.random.default_rng(0))
     grasp = gp.Grasp(problem, start.joint_angles, Pose.of(start.palm_pose), start.delta_sigma)
-    np.testing.assert_allclose(grasp.surface_contacts.gaps - grasp.contacts.gaps, 1e-3, atol=3e-4)
+    np.testing.assert_allclose(grasp.surface_contacts.gaps - grasp.contacts.gaps, 1e-3, atol=5e-4)
     assert grasp.contacts.gaps.max() > -grasp.contacts.gaps.min()
     assert grasp.violations["surface"].value > grasp.contacts.gaps.max() + 5e-4
 
