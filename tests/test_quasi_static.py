@@ -9,13 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grasp_planner import InvalidValueError
+from grasp_planner import InvalidValueError, NameNotFoundError
 from grasp_planner.model import (
     CompliantGrasp,
     Preload,
     commanded_forces,
+    complete_grasp_matrix,
+    complete_jacobian,
     compliant_grasp,
+    contact_frames,
+    contact_selection,
     force_manipulability,
+    friction_angles,
+    grasp_matrix,
     grasp_stiffness,
     grasp_subspaces,
     homogeneous_solution,
@@ -24,7 +30,9 @@ from grasp_planner.model import (
     principal_stiffness,
     projector,
     quasi_static_maps,
+    resisted_motions,
     rigid_body_motions,
+    stacked,
     weighted_right_inverse,
 )
 from grasp_planner.spatial import Array
@@ -229,3 +237,94 @@ def test_manipulability_is_that_of_syngrasp(springs: CompliantGrasp) -> None:
         felt = quasi_static_maps(springs).wrench.motor_forces @ force.object_side[:, k]
         assert 1.0 / (felt @ felt) == pytest.approx(ratio)
     assert kinematic_manipulability(springs, 0.1).ratios[-1] < kinematic.ratios[-1]
+
+
+def test_the_two_answers_to_a_wrench_have_names_and_one_is_syngrasps(springs: CompliantGrasp) -> None:
+    least = force_manipulability(springs, references="least")
+    close(least.ratios, sorted(FOREIGN["force_least"]), 1e-6)
+    assert force_manipulability(springs).ratios[-1] > 2.0 * least.ratios[-1]
+    with pytest.raises(NameNotFoundError, match="references"):
+        force_manipulability(springs, references="free")  # type: ignore[arg-type]
+    solution = homogeneous_solution(springs)
+    for found, name in ((solution.least_external, "external"), (solution.least_internal, "internal")):
+        change = stacked(found)
+        change[-12:] *= -1.0  # SynGrasp's references have the other sign
+        known = foreign(f"homogeneous_{name}")
+        close(projector(change), known @ known.T, 1e-6)
+    assert np.abs(stacked(solution.least_external).T @ stacked(solution.internal)).max() < 1e-9
+
+
+def test_contacts_of_mixed_kinds_are_those_of_syngrasp() -> None:
+    points, normals = foreign("points") - foreign("centre"), foreign("normals")
+    selection = contact_selection(normals, FOREIGN["mixed_kinds"])
+    twists = np.concatenate([foreign("J").reshape(3, 3, 12), foreign("Jtilde_angular").reshape(3, 3, 12)], axis=1)
+    close(complete_grasp_matrix(points) @ selection.T, FOREIGN["mixed_G"])
+    close(selection @ complete_jacobian(twists), FOREIGN["mixed_J"])
+    close(contact_selection(normals, ["hard"] * 3), np.eye(9, 18))
+    close(contact_selection(normals, ["frictionless"] * 3)[1, 3:6], normals[1])
+    with pytest.raises(NameNotFoundError, match="contact kind"):
+        contact_selection(normals, ["hard", "wet", "soft"])  # type: ignore[list-item]
+    with pytest.raises(InvalidValueError, match="kinds"):
+        contact_selection(normals, ["hard"])
+    frames = contact_frames(normals)
+    close(frames.transpose(0, 2, 1) @ frames, np.tile(np.eye(3), (3, 1, 1)))
+    close(np.linalg.det(frames), np.ones(3))
+    close(frames[:, :, 2], normals)
+    for row in FOREIGN["angles"]:  # SynGrasp has the acute angle between the two lines
+        angle = friction_angles(np.array(row["force"]).reshape(-1, 3), normals)
+        close(np.minimum(angle, np.pi - angle), row["angle"])
+
+
+def pinch(motors: int | None = None, seed: int = 7) -> CompliantGrasp:
+    """Two hard fingers: the object turns freely about their line."""
+    rng = np.random.default_rng(seed)
+    jacobian = rng.normal(size=(6, 5))
+    basis = np.eye(5) if motors is None else rng.normal(size=(5, motors))
+    grasp = grasp_matrix(rng.normal(size=(2, 3)))
+    return compliant_grasp(
+        grasp, jacobian, basis, contact_stiffness=50.0, joint_stiffness=[1.0, 2, 3, 4, 5], synergy_stiffness=2.0
+    )
+
+
+@pytest.mark.parametrize("motors", [None, 1, 2])
+def test_a_pinch_has_all_maps_but_for_the_motion_nothing_resists(motors: int | None) -> None:
+    springs = pinch(motors)
+    with pytest.raises(InvalidValueError, match="springs that fix it"):
+        quasi_static_maps(springs)
+    maps = quasi_static_maps(springs, free="none")
+    held = resisted_motions(springs.grasp)
+    assert held.shape == (6, 5)
+    free = grasp_subspaces(springs.grasp, springs.jacobian).free_motions
+    assert np.abs(free.T @ maps.commands.object_motion).max() < 1e-9
+    # The same by a spring so soft that it takes no part, to what only it resists.
+    guide = compliant_grasp(
+        np.hstack([springs.grasp, free]),
+        np.vstack([springs.jacobian, np.zeros((1, 5))]),
+        springs.basis,
+        contact_stiffness=[50.0] * 7,
+        joint_stiffness=[1.0, 2, 3, 4, 5],
+        synergy_stiffness=2.0,
+    )
+    close(quasi_static_maps(guide).commands.contact_forces[:6], maps.commands.contact_forces)
+    close(quasi_static_maps(guide).wrench.motor_forces, maps.wrench.motor_forces)
+    close(grasp_stiffness(springs), springs.grasp @ springs.stiffness @ springs.grasp.T)
+    assert np.abs(grasp_stiffness(springs) @ free).max() < 1e-9
+    commanded = commanded_forces(springs)
+    assert commanded.shape[1] == 1
+    assert np.abs(springs.grasp @ commanded).max() < 1e-9
+    solution = homogeneous_solution(springs)
+    assert solution.external["wrench"].shape[1] == 5
+    close(solution.external["wrench"] + springs.grasp @ solution.external["contact_forces"] + 1.0, np.ones((6, 5)))
+    assert rigid_body_motions(springs)["object_motion"].shape[1] == springs.basis.shape[1] + 6 - 6
+    assert len(force_manipulability(springs, references="least").ratios) == min(5, springs.basis.shape[1])
+    with pytest.raises(InvalidValueError, match="not positive definite"):
+        principal_stiffness(grasp_stiffness(springs))
+    with pytest.raises(NameNotFoundError, match="free"):
+        quasi_static_maps(springs, free="some")  # type: ignore[arg-type]
+
+
+def test_rigid_contacts_of_a_defective_grasp_have_no_stiffness() -> None:
+    springs = pinch()
+    rigid = compliant_grasp(springs.grasp, springs.jacobian, springs.basis, contact_stiffness=None, joint_stiffness=1.0)
+    with pytest.raises(InvalidValueError, match="rank 5"):
+        grasp_stiffness(rigid)

@@ -131,3 +131,20 @@ def test_task_texts(text, kind, direction, weight):
 def test_malformed_tasks_are_refused(text):
     with pytest.raises((gp.InvalidValueError, gp.NameNotFoundError)):
         gp.parse_task(text)
+
+
+def test_alpha_and_beta_of_many_directions_are_those_of_each(rng):
+    directions = rng.normal(size=(40, 6))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    for n_s in (1, 3, 6, 9):
+        h_s = rng.normal(size=(6, n_s))
+        inside = h_s @ rng.normal(size=(n_s, 5))
+        many = np.vstack([directions, (inside / np.linalg.norm(inside, axis=0)).T])
+        alphas, betas = gp.model.transmission_ratios(h_s, many)
+        np.testing.assert_allclose(alphas, [gp.model.force_transmission_ratio(h_s, d) for d in many], rtol=1e-9)
+        np.testing.assert_allclose(betas, [gp.model.restricted_velocity_ratio(h_s, d) for d in many], rtol=1e-9)
+    blind = np.zeros((6, 2))
+    blind[0, 0] = 2.0
+    alphas, betas = gp.model.transmission_ratios(blind, np.eye(6)[:2])
+    assert alphas.tolist() == [0.5, np.inf]
+    assert betas.tolist() == [2.0, 0.0]

@@ -8,6 +8,10 @@ from .compliance import internal_forces as internal_forces
 from .compliance import joint_torques as joint_torques
 from .compliance import series_stiffness as series_stiffness
 from .compliance import weighted_right_inverse as weighted_right_inverse
+from .contact_kinds import complete_grasp_matrix as complete_grasp_matrix
+from .contact_kinds import complete_jacobian as complete_jacobian
+from .contact_kinds import contact_frames as contact_frames
+from .contact_kinds import contact_selection as contact_selection
 from .contact_model import ContactModel as ContactModel
 from .contact_model import Frictionless as Frictionless
 from .contact_model import HardFinger as HardFinger
@@ -22,6 +26,7 @@ from .contacts import synergy_jacobian as synergy_jacobian
 from .force_closure import force_closure_margin as force_closure_margin
 from .force_closure import force_norm_floor as force_norm_floor
 from .friction import force_norm as force_norm
+from .friction import friction_angles as friction_angles
 from .friction import friction_margins as friction_margins
 from .friction import normal_forces as normal_forces
 from .manipulability import Manipulability as Manipulability
@@ -33,6 +38,7 @@ from .quasi_static import Preload as Preload
 from .quasi_static import QuasiStatic as QuasiStatic
 from .quasi_static import compliant_grasp as compliant_grasp
 from .quasi_static import quasi_static_maps as quasi_static_maps
+from .quasi_static import resisted_motions as resisted_motions
 from .stiffness import PrincipalStiffness as PrincipalStiffness
 from .stiffness import grasp_stiffness as grasp_stiffness
 from .stiffness import moved_stiffness as moved_stiffness
@@ -46,6 +52,7 @@ from .subspaces import null_basis as null_basis
 from .subspaces import projector as projector
 from .subspaces import range_basis as range_basis
 from .subspaces import rigid_body_motions as rigid_body_motions
+from .subspaces import stacked as stacked
 from .task import Ellipsoid as Ellipsoid
 from .task import alignment_deg as alignment_deg
 from .task import force_transmission_ratio as force_transmission_ratio
@@ -54,4 +61,5 @@ from .task import restricted_velocity_ratio as restricted_velocity_ratio
 from .task import task_index as task_index
 from .task import transmission_ellipsoid as transmission_ellipsoid
 from .task import transmission_ratio as transmission_ratio
+from .task import transmission_ratios as transmission_ratios
 from .task import velocity_transmission_ratio as velocity_transmission_ratio

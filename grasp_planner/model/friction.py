@@ -43,6 +43,20 @@ def friction_margins(forces: Array, normals: Array, friction: npt.ArrayLike) -> 
     return np.asarray(friction) * normal - np.linalg.norm(tangential, axis=1)
 
 
+def friction_angles(forces: Array, normals: Array) -> Array:
+    """Return the angle between each contact force and its normal [rad]; the cone allows up to atan μ.
+
+    Args:
+        forces: Contact forces [N], of shape (n_c, 3).
+        normals: Unit normals into the object, of shape (n_c, 3).
+
+    Returns:
+        Angles in [0, π], of shape (n_c,).
+    """
+    normal = normal_forces(forces, normals)
+    return np.arctan2(np.linalg.norm(forces - normal[:, None] * normals, axis=1), normal)
+
+
 def force_norm(forces: Array, normals: Array) -> float:
     """Return F = √(Σ f_n²), the size of the grasping force; [Mavrogiannis2014] eq. (18).
 

@@ -7,14 +7,19 @@ ratio. D. Prattichizzo et al., "On the manipulability ellipsoids of underactuate
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from scipy import linalg
 
+from ..exceptions import NameNotFoundError
 from ..spatial import Array
 from ..values import Value
-from .quasi_static import CompliantGrasp, quasi_static_maps
-from .subspaces import RANK, rigid_body_motions
+from .quasi_static import RANK, CompliantGrasp
+from .subspaces import homogeneous_solution, rigid_body_motions
+
+References = Literal["held", "least"]
+"""What the references of the motors do under a wrench on the object."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,17 +51,32 @@ def kinematic_manipulability(springs: CompliantGrasp, length: float = 1.0) -> Ma
     return _ratios(_scale(length)[:, None] * motions["object_motion"], motions["synergy_motion"])
 
 
-def force_manipulability(springs: CompliantGrasp, length: float = 1.0) -> Manipulability:
-    """Return |w|²/|σ|² of slow wrenches on the object and the motor forces that answer them, references held.
+def force_manipulability(
+    springs: CompliantGrasp, length: float = 1.0, *, references: References = "held"
+) -> Manipulability:
+    """Return |w|²/|σ|² of slow wrenches on the object and the motor forces that answer them.
+
+    A wrench alone does not say what the motors feel, since internal forces may be added. Two answers are named:
+    ``held``, the motors' references do not move: what one measures by pulling at the object; ``least``, they move such
+    that the change has no part in internal forces and rigid motions (:attr:`HomogeneousSolution.least_external`):
+    SynGrasp's ``SGforceManipulability`` with the first six columns, which depends on the units.
 
     Args:
         springs: The grasp.
         length: L [m]: moments count as m/L.
+        references: What the motors' references do.
 
     Returns:
         One direction for each wrench that the motors feel.
+
+    Raises:
+        NameNotFoundError: If there is no such answer.
     """
-    return _ratios(np.diag(1.0 / _scale(length)), quasi_static_maps(springs).wrench.motor_forces)
+    if references not in get_args(References):
+        raise NameNotFoundError("references", str(references), get_args(References))
+    found = homogeneous_solution(springs)
+    change = found.external if references == "held" else found.least_external
+    return _ratios(change["wrench"] / _scale(length)[:, None], change["motor_forces"])
 
 
 def _scale(length: float) -> Array:

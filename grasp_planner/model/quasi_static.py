@@ -8,13 +8,14 @@ that rigid contacts, joints or motors are a matter of a zero. [Prattichizzo2013]
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 from scipy import linalg
 
 from ..checks import finite_array
-from ..exceptions import InvalidValueError
+from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Array
 from ..values import Value
 
@@ -22,6 +23,10 @@ RIGID = None
 """A stiffness that is infinite."""
 SINGULAR = 1e-14
 """Reciprocal condition number, rows and columns scaled, from which on the springs do not fix the grasp."""
+RANK = 1e-9
+"""Singular values below this share of the largest count as zero."""
+FreeMotion = Literal["refused", "none"]
+"""What is done about motions of the object that no contact resists."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,10 +73,13 @@ class CompliantGrasp(Value):
         """K, the springs of contacts, joints and motors in series [N/m], of shape (n, n); without preload.
 
         K⁻¹ = C_c + J C_q Jᵀ + J S C_z Sᵀ Jᵀ; [Malvezzi2015].
+
+        Raises:
+            InvalidValueError: If contacts are rigid in a direction in which no joint gives way.
         """
         moved = self.jacobian @ self.basis
         compliance = self.contact_compliance + self.jacobian @ self.joint_compliance @ self.jacobian.T
-        return np.linalg.inv(compliance + moved @ self.synergy_compliance @ moved.T)
+        return _solved(compliance + moved @ self.synergy_compliance @ moved.T, np.eye(len(compliance)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -156,24 +164,32 @@ def compliant_grasp(
     )
 
 
-def quasi_static_maps(springs: CompliantGrasp) -> QuasiStatic:
+def quasi_static_maps(springs: CompliantGrasp, *, free: FreeMotion = "refused") -> QuasiStatic:
     """Return how a compliant grasp answers its motors and a wrench on the object.
 
     Without preload P = (I − G_K^R G) K J S and V = (G K Gᵀ)⁻¹ G K J S, K the stiffness in series.
 
     Args:
         springs: The grasp.
+        free: What is done about motions u with Gᵀ u = 0, such as a turn about the line of two points: ``refused``; or
+            ``none``, the object makes no such motion and of a wrench only the part along the others acts, as if a
+            frictionless guide took the rest. Forces, joints and motors do not depend on that motion.
 
     Returns:
         The maps per unit of reference, and per unit of wrench.
 
     Raises:
         InvalidValueError: If the springs leave the object free to move (G K Gᵀ singular).
+        NameNotFoundError: If there is no such choice.
     """
-    g, j, s = springs.grasp, springs.jacobian, springs.basis
+    if free not in get_args(FreeMotion):
+        raise NameNotFoundError("free", str(free), get_args(FreeMotion))
+    held = resisted_motions(springs.grasp) if free == "none" else np.eye(6)
+    g, j, s = held.T @ springs.grasp, springs.jacobian, springs.basis
     (n, n_q), n_z = j.shape, s.shape[1]
-    cuts = np.cumsum([n, n_q, 6])
+    cuts = np.cumsum([n, n_q, len(g)])
     k_q, k_u, k_z, k_w = _preload(springs.preload, n_q, n_z)
+    k_u, k_w = k_u @ held, held.T @ k_w @ held
     # The torques as rows over (Δf, Δq, Δu, Δz).
     torques = np.hstack([j.T, k_q, k_u, np.zeros((n_q, n_z))])
     motors = s.T @ torques
@@ -190,11 +206,25 @@ def quasi_static_maps(springs: CompliantGrasp) -> QuasiStatic:
     system[cuts[2] :, cuts[2] :] += np.eye(n_z)
     right = np.zeros((size, n_z + 6))
     right[cuts[2] :, :n_z] = np.eye(n_z)
-    right[cuts[1] : cuts[2], n_z:] = -np.eye(6)
+    right[cuts[1] : cuts[2], n_z:] = -held.T
     found = _solved(system, right)
     forces, joints, twist, synergies = np.split(found, cuts)
-    parts = (twist, forces, joints, torques @ found, synergies, motors @ found)
+    parts = (held @ twist, forces, joints, torques @ found, synergies, motors @ found)
     return QuasiStatic(Answer(*(part[:, :n_z] for part in parts)), Answer(*(part[:, n_z:] for part in parts)))
+
+
+def resisted_motions(grasp: Array) -> Array:
+    """Return an orthonormal basis of the range of G: twists that move a contact, wrenches that contacts can exert.
+
+    Args:
+        grasp: G, of shape (6, n).
+
+    Returns:
+        The basis, of shape (6, rank G); the identity where the rank is 6.
+    """
+    left, values, _ = np.linalg.svd(grasp)
+    rank = int((values > RANK * max(float(values.max(initial=0.0)), 1e-300)).sum())
+    return np.eye(6) if rank == 6 else np.asarray(left[:, :rank])
 
 
 def _solved(system: Array, right: Array) -> Array:

@@ -9,7 +9,10 @@ import numpy as np
 from ..exceptions import InvalidValueError
 from ..spatial import Array, skew
 from ..values import Value
-from .quasi_static import CompliantGrasp, quasi_static_maps
+from .quasi_static import CompliantGrasp, Preload, quasi_static_maps
+
+NOTHING = 1e-13
+"""Stiffnesses below this share of the largest, in SI units, count as none."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,8 +37,8 @@ class PrincipalStiffness(Value):
 def grasp_stiffness(springs: CompliantGrasp) -> Array:
     """Return K_o with Δw = K_o Δu for a slow wrench on the object, the references held; [Malvezzi2015].
 
-    Without preload it is G K Gᵀ, K the springs in series; with preload it follows from the same linear system, and
-    need be neither symmetric nor positive.
+    Without preload it is G K Gᵀ, K the springs in series, singular along the motions that no contact resists; with
+    preload it follows from the same linear system, and need be neither symmetric nor positive.
 
     Args:
         springs: The grasp.
@@ -43,6 +46,8 @@ def grasp_stiffness(springs: CompliantGrasp) -> Array:
     Returns:
         K_o, of shape (6, 6), in N/m, N and N m/rad.
     """
+    if springs.preload == Preload():
+        return np.asarray(springs.grasp @ springs.stiffness @ springs.grasp.T)
     return np.linalg.inv(quasi_static_maps(springs).wrench.object_motion)
 
 
@@ -63,7 +68,8 @@ def principal_stiffness(stiffness: Array) -> PrincipalStiffness:
         InvalidValueError: If the symmetric part is not positive definite.
     """
     symmetric = 0.5 * (stiffness + stiffness.T)
-    if np.linalg.eigvalsh(symmetric)[0] <= 0.0:
+    values = np.linalg.eigvalsh(symmetric)
+    if values[0] <= NOTHING * values[-1]:
         raise InvalidValueError("stiffness", "not positive definite", "one with which the object is held")
     compliance = np.linalg.inv(symmetric)
     turning, coupling = compliance[3:, 3:], compliance[3:, :3]

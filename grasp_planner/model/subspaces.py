@@ -13,10 +13,19 @@ from scipy import linalg
 
 from ..spatial import Array
 from ..values import Value
-from .quasi_static import CompliantGrasp, quasi_static_maps
+from .quasi_static import RANK, CompliantGrasp, quasi_static_maps, resisted_motions
 
-RANK = 1e-9
-"""Singular values below this share of the largest count as zero."""
+BLOCKS = (
+    "wrench",
+    "contact_forces",
+    "joint_torques",
+    "motor_forces",
+    "object_motion",
+    "joint_motion",
+    "synergy_motion",
+    "references",
+)
+"""The blocks of a change, in the order in which they are stacked."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,18 +63,36 @@ class GraspSubspaces(Value):
 class HomogeneousSolution(Value):
     """All changes of a compliant grasp, split into three kinds; every block has one column a change.
 
-    Each kind holds ``wrench, contact_forces, joint_torques, motor_forces, object_motion, joint_motion,
-    synergy_motion, references`` by name. The reference is z_r = z + C_z σ, so that σ = K_z (z_r − z).
+    Each kind holds the blocks of :data:`BLOCKS` by name. The reference is z_r = z + C_z σ, so that σ = K_z (z_r − z).
 
     Attributes:
         rigid: Motions in which no spring bends, G f = 0 and f = 0.
         internal: Changes of internal forces at w = 0.
-        external: Answers to a wrench on the object, references held, of six columns.
+        external: Answers to a wrench on the object, references held, one column for each wrench contacts can exert.
     """
 
     rigid: dict[str, Array]
     internal: dict[str, Array]
     external: dict[str, Array]
+
+    @property
+    def least_internal(self) -> dict[str, Array]:
+        """The internal changes less their rigid part: of least norm over all blocks, in the units that they have."""
+        return _unstacked(self.internal, _apart(stacked(self.internal), stacked(self.rigid)))
+
+    @property
+    def least_external(self) -> dict[str, Array]:
+        """The external changes less their internal and rigid part, motors moving as that takes; of least norm.
+
+        The norm adds newtons, radians and metres, so it depends on the units; this is the split that SynGrasp makes.
+        """
+        others = np.hstack([stacked(self.internal), stacked(self.rigid)])
+        return _unstacked(self.external, _apart(stacked(self.external), others))
+
+
+def stacked(change: dict[str, Array]) -> Array:
+    """Return the blocks of a change one below the other, in the order of :data:`BLOCKS`."""
+    return np.vstack([change[name] for name in BLOCKS])
 
 
 def projector(basis: Array) -> Array:
@@ -114,7 +141,7 @@ def commanded_forces(springs: CompliantGrasp) -> Array:
 
     [Gabiccini2011]; of shape (n, ≤ n_z).
     """
-    return range_basis(quasi_static_maps(springs).commands.contact_forces)
+    return range_basis(quasi_static_maps(springs, free="none").commands.contact_forces)
 
 
 def rigid_body_motions(springs: CompliantGrasp) -> dict[str, Array]:
@@ -141,7 +168,7 @@ def homogeneous_solution(springs: CompliantGrasp) -> HomogeneousSolution:
     Returns:
         Rigid motions, internal changes along an orthonormal basis of the commanded forces, answers to a wrench.
     """
-    maps = quasi_static_maps(springs)
+    maps = quasi_static_maps(springs, free="none")
     rigid = rigid_body_motions(springs)
     z = rigid["synergy_motion"]
     n, n_q = springs.jacobian.shape
@@ -157,14 +184,27 @@ def homogeneous_solution(springs: CompliantGrasp) -> HomogeneousSolution:
     references = np.linalg.pinv(forces, rcond=RANK) @ range_basis(forces)
     internal = _named(maps.commands.of(references).__dict__)
     internal |= {"wrench": np.zeros((6, references.shape[1])), "references": references}
-    external = _named(maps.wrench.__dict__)
-    external |= {"wrench": np.eye(6), "references": np.zeros((springs.basis.shape[1], 6))}
+    wrenches = resisted_motions(springs.grasp)
+    external = _named(maps.wrench.of(wrenches).__dict__)
+    external |= {"wrench": wrenches, "references": np.zeros((springs.basis.shape[1], wrenches.shape[1]))}
     return HomogeneousSolution(rigid, internal, external)
 
 
 def _named(fields: dict[str, Array]) -> dict[str, Array]:
     """Return the maps of an answer by name."""
     return {name: value for name, value in fields.items() if not name.startswith("_")}
+
+
+def _apart(changes: Array, others: Array) -> Array:
+    """Return changes less their part in the range of others."""
+    basis = range_basis(others)
+    return changes - basis @ (basis.T @ changes)
+
+
+def _unstacked(like: dict[str, Array], rows: Array) -> dict[str, Array]:
+    """Return stacked rows as blocks of the sizes of another change."""
+    cuts = np.cumsum([len(like[name]) for name in BLOCKS])[:-1]
+    return dict(zip(BLOCKS, np.split(rows, cuts), strict=True))
 
 
 def _scaled(grasp: Array) -> Array:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import finite_array
 from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
 from .task_direction import TaskDirection, TaskKind
@@ -83,6 +84,29 @@ def restricted_velocity_ratio(h_s: Array, direction: Array, *, tolerance: float 
     if float(np.linalg.norm(h_s @ sigma_dot - direction)) > tolerance:
         return 0.0
     return 1.0 / float(np.linalg.norm(sigma_dot))
+
+
+def transmission_ratios(h_s: Array, directions: Array, *, tolerance: float = 1e-9) -> tuple[Array, Array]:
+    """Return α and β for many directions at once, eq. (26), (27); β restricted to the range of H_s.
+
+    Args:
+        h_s: H_s, of shape (6, n_s).
+        directions: Unit directions d, of shape (k, 6): of wrenches for α, of twists for β.
+        tolerance: Largest part of d outside the range that is ignored by β.
+
+    Returns:
+        α, infinite where the structure resists d alone, and β, zero where the synergies can't move along d, both of
+        shape (k,).
+    """
+    directions = finite_array("directions", directions, (len(directions), 6))
+    left, values, _ = np.linalg.svd(h_s, full_matrices=False)
+    kept = values > tolerance * max(float(values.max(initial=0.0)), 1e-300)
+    inside, sizes = directions @ left[:, kept], values[kept]
+    forces = np.linalg.norm(inside * sizes, axis=1)
+    outside = np.linalg.norm(directions - inside @ left[:, kept].T, axis=1) > tolerance
+    motors = np.linalg.norm(inside / sizes, axis=1)
+    with np.errstate(divide="ignore"):
+        return 1.0 / forces, np.where(outside | (motors == 0.0), 0.0, 1.0 / np.where(motors > 0.0, motors, 1.0))
 
 
 def transmission_ratio(h_s: Array, task: TaskDirection) -> float:
