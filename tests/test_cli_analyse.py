@@ -106,6 +106,18 @@ def test_analyse_takes_contacts_from_elsewhere(tmp_path):
     assert found["internal forces commanded"] == 3
 
 
+def test_analyse_takes_soft_fingers_from_elsewhere(tmp_path):
+    path = tmp_path / "contacts.json"
+    soft = {
+        "contact_model": "soft:torsion=0.004",
+        "forces": [[-3, 0, 0.5, 0.1], [1.5, -2.6, 0.5, 0], [1.5, 2.6, 0.5, 0]],
+    }
+    path.write_text(json.dumps(CONTACTS | soft))
+    result = run("analyse", str(path))
+    assert result.exit_code == 0, result.output
+    assert "least friction to spare" in result.output
+
+
 @pytest.mark.parametrize(
     ("change", "part"),
     [
@@ -117,6 +129,8 @@ def test_analyse_takes_contacts_from_elsewhere(tmp_path):
         ({"J": np.eye(8).tolist(), "contact_stiffness": 1.0}, "J"),
         ({"J": np.eye(9).tolist(), "joint_stiffness": -5.0}, "joint_stiffness"),
         ({"mass": 3}, "mass"),
+        ({"contact_model": "wet"}, "contact_model"),
+        ({"contact_model": "soft"}, "forces"),
         ({"points": [[0, 0, "far"]] * 3}, "points"),
     ],
 )

@@ -210,8 +210,45 @@ def test_robustness_is_the_best_of_all_states_found_another_way(springs: model.C
     sticking = analysis.contact_robustness(stiff, normals, limits)
     assert sticking.value <= found.value
     assert sticking.states == ("stuck",) * 4
-    only = max(analysis.grasp_robustness(stiff, normals, limits, stuck=k).value for k in range(5))
+    only = max(analysis.grasp_robustness(stiff, normals, limits, heuristic="H3", stuck=k).value for k in range(5))
     assert only == pytest.approx(found.value)
+    for heuristic in ("H1", "H2", "H4"):
+        assert analysis.grasp_robustness(stiff, normals, limits, heuristic=heuristic).value <= found.value
+
+
+def test_heuristics_try_the_states_they_are_to() -> None:
+    def states(n_c: int, *given: object, **named: object) -> list[tuple[str, ...]]:
+        return list(analysis.candidate_states(n_c, *given, **named))
+
+    assert len(states(4)) == 81
+    angles = np.radians([0.5, 20.0, 38.2, 50.0])  # the cone is at 38.66°
+    found = states(4, "H1", angles=angles, friction=0.8)
+    assert len(found) == 3
+    assert {each[0] + each[2] + each[3] for each in found} == {"sliding" * 3}
+    assert len(states(5, "H2", stuck=3)) == 10
+    assert ("stuck", "stuck", "stuck", "detached", "detached") in states(5, "H2", stuck=3)
+    assert len(states(5, "H3", stuck=3)) == 40
+    assert len(states(3, "H4")) == 27
+    assert len(states(4, "H4")) == 6
+    assert len(states(6, "H4")) == 15 * (6 + 4)
+    with pytest.raises(NameNotFoundError, match="heuristic"):
+        states(3, "H5")
+    with pytest.raises(InvalidValueError, match="stuck"):
+        states(3, "H2", stuck=4)
+    with pytest.raises(InvalidValueError, match="angles"):
+        states(3, "H1")
+
+
+def test_a_sliding_contact_may_press_elsewhere_than_along_its_normal(springs: model.CompliantGrasp) -> None:
+    states = ("stuck", "stuck", "sliding")
+    found = analysis.state_robustness(springs, NORMALS, LIMITS, states)
+    same = analysis.state_robustness(springs, NORMALS, LIMITS, states, directions=NORMALS)
+    other = analysis.state_robustness(springs, NORMALS, LIMITS, states, directions=np.tile(np.eye(3)[2], (3, 1)))
+    assert found == same
+    for each in (found, other):
+        assert each is not None
+        assert np.linalg.norm(np.cross(each.forces[2], NORMALS[2])) < 1e-9
+    assert other != found
 
 
 def problem(**given: object) -> analysis.ForceProblem:
@@ -266,3 +303,89 @@ def test_bad_arguments_are_refused() -> None:
         analysis.ContactLimits(max_force=-1.0)
     with pytest.raises(InvalidValueError, match="ellipsoid"):
         analysis.task_epsilon(space(), np.zeros((6, 6)))
+
+
+CUBE = 0.02 * np.array(
+    [[1.0, 0.3, 0.2], [-1, 0.2, -0.3], [0.3, 1, -0.2], [-0.2, -1, 0.3], [0.2, -0.3, 1], [-0.3, 0.2, -1]]
+)
+FACES = -np.sign(CUBE) * (np.abs(CUBE) > 0.015)
+CORNERS = np.vstack([CUBE, [[0.02, -0.015, -0.015], [-0.015, 0.02, 0.015]]])
+KINDS = {
+    "soft": (model.SoftFinger(0.004), CUBE[:2] * [1.0, 0.0, 0.0], FACES[:2]),
+    "frictionless": (model.Frictionless(), CORNERS, np.vstack([FACES, [[-1.0, 0, 0], [0, -1, 0]]])),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("bound", ["L1", "Linf"])
+def test_epsilon_of_other_contacts_agrees_with_a_cone_program_and_facets(kind: str, bound: str) -> None:
+    contacts, points, normals = KINDS[kind]
+    grasp = contacts.grasp_matrix(points, normals)
+    found = analysis.WrenchSpace.of(grasp, normals, 0.6, bound=bound, length=0.02, model=contacts)
+    exact = analysis.epsilon(found, tolerance=1e-4)
+    assert exact.value > 0.0
+    assert analysis.reach(found, exact.direction)[0] == pytest.approx(exact.bound, rel=1e-3)
+    for direction in np.random.default_rng(1).normal(size=(20, 6)):
+        unit = direction / np.linalg.norm(direction)
+        reached, forces = analysis.reach(found, unit)
+        assert exact.value < reached <= found.support(unit)[0] * (1.0 + 1e-6)
+        assert found.grasp @ forces == pytest.approx(reached * unit, abs=1e-6)
+    if bound == "L1":
+        faceted = [analysis.faceted_epsilon(found, edges) for edges in (4, 8, 16)]
+        assert faceted[-1] == pytest.approx(exact.value, rel=0.05)
+        assert faceted[0] <= faceted[-1] <= exact.bound * (1.0 + 1e-9)
+        assert analysis.wrench_volume(found) > 0.0
+        assert analysis.min_weight(analysis.edge_wrenches(found, 6))[0] > 0.0
+
+
+def test_soft_fingers_hold_with_forces_and_torques_in_their_cone() -> None:
+    contacts, points, normals = KINDS["soft"]
+    grasp, wrench = contacts.grasp_matrix(points, normals), np.array([0.0, 0.0, -1.0, 0.004, 0.0, 0.0])
+    given = analysis.ForceProblem(grasp, normals, 0.6, wrench, model=contacts, max_normal=10.0)
+    for aim in ("norm", "largest", "normal_sum"):
+        best = analysis.best_forces(given, aim)
+        assert best.forces.shape == (2, 4)
+        assert grasp @ best.forces.ravel() == pytest.approx(-wrench, abs=1e-7)
+        assert model.friction_margins(best.forces, contacts.covectors(normals), 0.6).min() > -1e-6
+    assert analysis.best_forces(replace(given, model=model.HardFinger(), grasp=model.grasp_matrix(points))) is None
+    covectors = contacts.covectors(normals)
+    least = analysis.least_friction_cost(-np.linalg.pinv(grasp) @ wrench, model.null_basis(grasp), covectors, LIMITS)
+    assert LIMITS.keeps(least.forces, covectors)
+
+    def value(f: Array) -> list[float]:
+        return [analysis.contact_cost(f, covectors, LIMITS).value]
+
+    at = least.forces.ravel()
+    gradient = analysis.contact_cost(at, covectors, LIMITS).gradient
+    assert relative_error(gradient, central_differences(value, at, 1e-5)) < 1e-6
+
+
+def test_frictionless_contacts_press() -> None:
+    contacts, points, normals = KINDS["frictionless"]
+    grasp = contacts.grasp_matrix(points, normals)
+    wrench = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
+    best = analysis.best_forces(analysis.ForceProblem(grasp, normals, 0.0, wrench, model=contacts), "normal_sum")
+    assert best.forces.min() > -1e-7
+    assert grasp @ best.forces.ravel() == pytest.approx(-wrench, abs=1e-6)
+    assert best.value == pytest.approx(best.forces.sum())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_measure_is_there_for_other_contacts(kind: str) -> None:
+    contacts, points, normals = KINDS[kind]
+    size = contacts.dimension * len(points)
+    springs = model.compliant_grasp(
+        contacts.grasp_matrix(points, normals), np.eye(size), np.eye(size), contact_stiffness=1e3, joint_stiffness=1e3
+    )
+    forces = contacts.covectors(normals)
+    given = analysis.ContactSet(
+        points, normals, np.full(len(points), 0.6), np.zeros(3), forces, np.ones(6), springs, contacts
+    )
+    found = {each.name: each for each in analysis.measure_contacts(given)}
+    assert found["force-closure margin"].value > 0.0
+    assert found["ε, sum of normal forces 1 N"].value > 0.0
+    assert found["norm of the forces"].value == pytest.approx(np.sqrt(len(points)))
+    assert found["internal forces commanded"].value == size - 6
+    assert found["PCR"].value > 0.0
+    assert ("least friction to spare" in found) == contacts.has_friction
+    assert found["softest shift"].value > 0.0

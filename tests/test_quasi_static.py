@@ -17,7 +17,6 @@ from grasp_planner.model import (
     complete_grasp_matrix,
     complete_jacobian,
     compliant_grasp,
-    contact_frames,
     contact_selection,
     force_manipulability,
     friction_angles,
@@ -32,7 +31,8 @@ from grasp_planner.model import (
     quasi_static_maps,
     resisted_motions,
     rigid_body_motions,
-    stacked,
+    stacked_change,
+    tangent_frames,
     weighted_right_inverse,
 )
 from grasp_planner.spatial import Array
@@ -247,11 +247,11 @@ def test_the_two_answers_to_a_wrench_have_names_and_one_is_syngrasps(springs: Co
         force_manipulability(springs, references="free")  # type: ignore[arg-type]
     solution = homogeneous_solution(springs)
     for found, name in ((solution.least_external, "external"), (solution.least_internal, "internal")):
-        change = stacked(found)
+        change = stacked_change(found)
         change[-12:] *= -1.0  # SynGrasp's references have the other sign
         known = foreign(f"homogeneous_{name}")
         close(projector(change), known @ known.T, 1e-6)
-    assert np.abs(stacked(solution.least_external).T @ stacked(solution.internal)).max() < 1e-9
+    assert np.abs(stacked_change(solution.least_external).T @ stacked_change(solution.internal)).max() < 1e-9
 
 
 def test_contacts_of_mixed_kinds_are_those_of_syngrasp() -> None:
@@ -266,7 +266,7 @@ def test_contacts_of_mixed_kinds_are_those_of_syngrasp() -> None:
         contact_selection(normals, ["hard", "wet", "soft"])  # type: ignore[list-item]
     with pytest.raises(InvalidValueError, match="kinds"):
         contact_selection(normals, ["hard"])
-    frames = contact_frames(normals)
+    frames = tangent_frames(normals)
     close(frames.transpose(0, 2, 1) @ frames, np.tile(np.eye(3), (3, 1, 1)))
     close(np.linalg.det(frames), np.ones(3))
     close(frames[:, :, 2], normals)

@@ -36,6 +36,7 @@ from .quality import uniformity as uniformity
 from .retreat import RetreatReport as RetreatReport
 from .retreat import retreat_distance as retreat_distance
 from .robustness import Robustness as Robustness
+from .robustness import candidate_states as candidate_states
 from .robustness import contact_robustness as contact_robustness
 from .robustness import grasp_robustness as grasp_robustness
 from .robustness import state_robustness as state_robustness
@@ -49,12 +50,12 @@ from .why_not import Change as Change
 from .why_not import Diagnosis as Diagnosis
 from .why_not import explain_infeasibility as explain_infeasibility
 from .why_not import least_violated_point as least_violated_point
+from .wrench_edges import edge_wrenches as edge_wrenches
+from .wrench_edges import faceted_epsilon as faceted_epsilon
+from .wrench_edges import min_weight as min_weight
+from .wrench_edges import wrench_volume as wrench_volume
 from .wrench_space import Epsilon as Epsilon
 from .wrench_space import WrenchSpace as WrenchSpace
-from .wrench_space import edge_wrenches as edge_wrenches
 from .wrench_space import epsilon as epsilon
-from .wrench_space import faceted_epsilon as faceted_epsilon
-from .wrench_space import min_weight as min_weight
 from .wrench_space import reach as reach
 from .wrench_space import task_epsilon as task_epsilon
-from .wrench_space import wrench_volume as wrench_volume

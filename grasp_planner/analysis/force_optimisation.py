@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ..exceptions import InvalidValueError, NameNotFoundError
+from ..model.contact_model import ContactModel
 from ..model.force_closure import HARD, solve_cone_program
 from ..spatial import Array
 from ..values import Value
@@ -28,19 +30,20 @@ class ForceProblem(Value):
     """Contacts that have to balance a wrench.
 
     Attributes:
-        grasp: G, of shape (6, 3 n_c).
+        grasp: G, of shape (6, d n_c); d is 3 for hard fingers.
         normals: Unit normals into the object, of shape (n_c, 3).
         friction: μ, one number or one for each contact.
         wrench: w_ext on the object [N, N m], of shape (6,): G f = −w_ext.
-        basis: E, of shape (3 n_c, k), orthonormal: f may only differ from ``particular`` by E y; any internal force
+        basis: E, of shape (d n_c, k), orthonormal: f may only differ from ``particular`` by E y; any internal force
             by default.
-        particular: f₀ with G f₀ = −w_ext, of shape (3 n_c,), where there is a basis.
-        jacobian: J, of shape (3 n_c, n_q), where torques are limited.
+        particular: f₀ with G f₀ = −w_ext, of shape (d n_c,), where there is a basis.
+        jacobian: J, of shape (d n_c, n_q), where torques are limited.
         torque_limits: Largest |τ| of τ = Jᵀ f [N m], of shape (n_q,).
         min_normal: Least normal force [N].
         max_normal: Largest normal force [N].
-        response: R, of shape (3 n_c, 6): a disturbance Δw changes f by −R Δw, springs alone.
+        response: R, of shape (d n_c, 6): a disturbance Δw changes f by −R Δw, springs alone.
         disturbances: Δw, of shape (n_k, 6): f − R Δw has to keep all limits for every one of them.
+        model: What the contacts transmit; for others than hard fingers the forces f are intensities λ [N].
     """
 
     grasp: Array
@@ -55,6 +58,12 @@ class ForceProblem(Value):
     max_normal: float = np.inf
     response: Array | None = None
     disturbances: Array | None = None
+    model: ContactModel = HARD
+
+    @cached_property
+    def covectors(self) -> Array:
+        """ν of every contact, for hard fingers the normals, of shape (n_c, d)."""
+        return self.model.covectors(self.normals)
 
 
 def best_forces(problem: ForceProblem, aim: Aim = "norm") -> BestForces | None:
@@ -74,7 +83,7 @@ def best_forces(problem: ForceProblem, aim: Aim = "norm") -> BestForces | None:
     if aim not in AIMS:
         raise NameNotFoundError("aim", str(aim), AIMS)
     _check(problem)
-    m = problem.normals.size
+    m, d = problem.covectors.size, problem.model.dimension
     # Variables (y, t) with f = f₀ + E y; t is above what is to be small.
     basis = np.eye(m) if problem.basis is None else problem.basis
     fixed = np.zeros(m) if problem.particular is None else problem.particular
@@ -91,29 +100,31 @@ def best_forces(problem: ForceProblem, aim: Aim = "norm") -> BestForces | None:
         offsets.append(np.append(0.0, fixed))
     elif aim == "largest":
         for i in range(len(problem.normals)):
-            part = slice(3 * i, 3 * i + 3)
+            part = slice(d * i, d * i + d)
             rows.append(np.vstack([top, moves[part]]))
             offsets.append(np.append(0.0, fixed[part]))
     else:
-        cost[:] += problem.normals.ravel() @ moves  # t has no part: it stays at 0
+        cost[:] += problem.covectors.ravel() @ moves  # t has no part: it stays at 0
         rows.append(top)
         offsets.append(np.zeros(1))
     found = solve_cone_program(cost, equality, right, rows, offsets)
     if found is None:
         return None
-    forces = (fixed + basis @ found[:k]).reshape(-1, 3)
+    forces = (fixed + basis @ found[:k]).reshape(-1, d)
     sizes = np.linalg.norm(forces, axis=1)
-    value = {"norm": np.linalg.norm(sizes), "largest": sizes.max(), "normal_sum": (forces * problem.normals).sum()}
+    value = {"norm": np.linalg.norm(sizes), "largest": sizes.max(), "normal_sum": (forces * problem.covectors).sum()}
     return BestForces(forces, float(value[aim]), found[:k])
 
 
 def _limits(problem: ForceProblem, moves: Array, fixed: Array) -> tuple[list[Array], list[Array]]:
     """Return rows and offsets of every limit, for the undisturbed forces and for each disturbance."""
-    m, n_c = problem.normals.size, len(problem.normals)
-    cones = HARD.cone_rows(problem.normals, problem.friction, m)
+    m, (n_c, d) = problem.covectors.size, problem.covectors.shape
+    # Without friction nothing is tangential, and any μ > 0 says that contacts press.
+    friction = problem.friction if problem.model.has_friction else 1.0
+    cones = problem.model.cone_rows(problem.normals, friction, m)
     normal = np.zeros((n_c, m))
-    for i, n in enumerate(problem.normals):
-        normal[i, 3 * i : 3 * i + 3] = n
+    for i, covector in enumerate(problem.covectors):
+        normal[i, d * i : d * i + d] = covector
     changes: list[Array] = [np.zeros(m)]
     if problem.disturbances is not None and problem.response is not None:
         changes += [-problem.response @ case for case in problem.disturbances]
@@ -151,5 +162,5 @@ def _check(problem: ForceProblem) -> None:
     for field, given, needed, other in pairs:
         if given is not None and other is None:
             raise InvalidValueError(field, "given", f"given together with {needed}")
-    if problem.grasp.shape != (6, problem.normals.size):
-        raise InvalidValueError("G", problem.grasp.shape, f"of shape (6, {problem.normals.size})")
+    if problem.grasp.shape != (6, problem.covectors.size):
+        raise InvalidValueError("G", problem.grasp.shape, f"of shape (6, {problem.covectors.size})")

@@ -3,6 +3,8 @@
 V(f) = Σ_i Σ_j v(s_ij) with, for contact i, s = f_min − n·f (least normal force), ‖f‖ − f_max, ‖f‖/√(1 + μ²) − n·f (the
 friction cone); v(s) = 1/(2 s²) for s < −k and the quadratic with the same value, slope and curvature beyond, so that it
 is defined, convex and twice differentiable everywhere. [Bicchi1995], [Gabiccini2011].
+
+For other contact models than hard fingers, intensities and covectors stand for forces and normals, d numbers for three.
 """
 
 from __future__ import annotations
@@ -68,7 +70,7 @@ class BestForces(Value):
     """Forces that an optimisation found.
 
     Attributes:
-        forces: f [N], of shape (n_c, 3).
+        forces: f [N], of shape (n_c, 3), or intensities, of shape (n_c, d).
         value: What was made small there.
         coordinates: y in f = f₀ + E y.
     """
@@ -92,10 +94,11 @@ def contact_cost(
     Returns:
         The cost.
     """
-    forces = np.asarray(forces, dtype=float).reshape(-1, 3)
+    n_c, d = normals.shape
+    forces = np.asarray(forces, dtype=float).reshape(n_c, d)
     size = np.linalg.norm(forces, axis=1)
     unit = forces / np.maximum(size, 1e-12)[:, None]
-    round_ = (np.eye(3) - unit[:, :, None] * unit[:, None, :]) / np.maximum(size, 1e-12)[:, None, None]
+    round_ = (np.eye(d) - unit[:, :, None] * unit[:, None, :]) / np.maximum(size, 1e-12)[:, None, None]
     slanted = 1.0 / np.sqrt(1.0 + limits.friction**2)
     distances = limits.distances(forces, normals)
     share = np.ones(distances.shape) if counted is None else counted
@@ -105,10 +108,9 @@ def contact_cost(
     first = shares[None, :, :1] * unit[:, None] - shares[None, :, 1:] * normals[:, None]
     gradient = np.einsum("ij,ijk->ik", slope, first)
     blocks = np.einsum("ij,ijk,ijl->ikl", curvature, first, first) + (slope @ shares[:, 0])[:, None, None] * round_
-    n_c = len(forces)
-    hessian = np.zeros((n_c, 3, n_c, 3))
+    hessian = np.zeros((n_c, d, n_c, d))
     hessian[np.arange(n_c), :, np.arange(n_c)] = blocks
-    return FrictionCost(float(value.sum()), gradient.ravel(), hessian.reshape(3 * n_c, 3 * n_c))
+    return FrictionCost(float(value.sum()), gradient.ravel(), hessian.reshape(d * n_c, d * n_c))
 
 
 def least_friction_cost(
@@ -154,7 +156,7 @@ def least_friction_cost(
         if following.value >= cost.value:
             break
         y, cost = y + length * step, following
-    return BestForces((fixed + basis @ y).reshape(-1, 3), cost.value, y)
+    return BestForces((fixed + basis @ y).reshape(normals.shape), cost.value, y)
 
 
 def _barrier(s: Array, k: float) -> tuple[Array, Array, Array]:

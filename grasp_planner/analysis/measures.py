@@ -9,7 +9,8 @@ import numpy as np
 
 from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
-from ..model.contacts import grasp_matrix
+from ..model.contact_model import ContactModel
+from ..model.force_closure import HARD
 from ..model.friction import friction_margins
 from ..model.manipulability import force_manipulability, kinematic_manipulability
 from ..model.quasi_static import CompliantGrasp, compliant_grasp
@@ -21,7 +22,8 @@ from . import quality
 from .force_optimisation import ForceProblem, best_forces
 from .friction_cost import ContactLimits
 from .robustness import contact_robustness
-from .wrench_space import WrenchSpace, edge_wrenches, epsilon, min_weight, wrench_volume
+from .wrench_edges import edge_wrenches, min_weight, wrench_volume
+from .wrench_space import Bound, WrenchSpace, epsilon
 
 
 @dataclass(frozen=True)
@@ -49,16 +51,17 @@ class Measure:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactSet(Value):
-    """Hard-finger contacts from anywhere, and what moves them where that is known.
+    """Contacts from anywhere, and what moves them where that is known.
 
     Attributes:
         points: c_i [m], of shape (n_c, 3).
         normals: Unit normals into the object, of shape (n_c, 3).
         friction: μ of each contact, of shape (n_c,).
         centre: The object's centre of mass [m], of shape (3,); wrenches are about it.
-        forces: f_i on the object [N], of shape (n_c, 3).
+        forces: f_i on the object [N], of shape (n_c, 3); intensities λ_i, of shape (n_c, d), for another model.
         wrench: w_ext on the object [N, N m], of shape (6,).
         springs: Hand and stiffnesses.
+        model: What the contacts transmit.
     """
 
     points: Array
@@ -68,11 +71,22 @@ class ContactSet(Value):
     forces: Array | None = None
     wrench: Array | None = None
     springs: CompliantGrasp | None = None
+    model: ContactModel = HARD
 
     @property
     def grasp_matrix(self) -> Array:
-        """G about the centre, of shape (6, 3 n_c)."""
-        return grasp_matrix(self.points - self.centre)
+        """G about the centre, of shape (6, d n_c)."""
+        return self.model.grasp_matrix(self.points - self.centre, self.normals)
+
+    @property
+    def covectors(self) -> Array:
+        """ν of every contact, for hard fingers the normals, of shape (n_c, d)."""
+        return self.model.covectors(self.normals)
+
+    def wrench_space(self, bound: Bound = "L1") -> WrenchSpace:
+        """Return the wrenches that the contacts can exert, moments divided by L."""
+        known = (self.grasp_matrix, self.normals, self.friction)
+        return WrenchSpace.of(*known, bound=bound, length=self.length, model=self.model)
 
     @property
     def length(self) -> float:
@@ -80,27 +94,15 @@ class ContactSet(Value):
         return float(np.linalg.norm(self.points - self.centre, axis=1).max())
 
 
-def has_hard_fingers(grasp: Grasp) -> bool:
-    """Return whether the contacts of a grasp are hard fingers, three forces each."""
-    return grasp.grasp_matrix.shape[1] == 3 * len(grasp.contacts.points)
-
-
 def contact_set(grasp: Grasp) -> ContactSet:
-    """Return the contacts of a planned grasp with hard fingers.
-
-    Raises:
-        InvalidValueError: If the contacts are of another kind: the measures are those of hard fingers.
-    """
-    problem = grasp.problem
-    if not has_hard_fingers(grasp):
-        raise InvalidValueError("contacts", "of another kind", "hard fingers, for these measures")
-    springs = None
+    """Return the contacts of a planned grasp."""
+    problem, springs = grasp.problem, None
     if problem.parameters.contact_stiffness > 0.0 and (np.asarray(problem.joint_compliance) > 0.0).all():
         springs = compliant_grasp(
             grasp.grasp_matrix,
             grasp.hand_jacobian,
             problem.synergies.basis,
-            contact_stiffness=problem.parameters.contact_stiffness,
+            contact_stiffness=problem.contact_springs,
             joint_stiffness=1.0 / problem.joint_compliance,
         )
     return ContactSet(
@@ -108,9 +110,10 @@ def contact_set(grasp: Grasp) -> ContactSet:
         grasp.contacts.normals,
         np.broadcast_to(problem.parameters.friction, len(grasp.contacts.points)),
         np.zeros(3),
-        grasp.forces,
+        grasp.intensities,
         problem.external_wrench,
         springs,
+        problem.contact_model,
     )
 
 
@@ -134,8 +137,8 @@ def measure_contacts(contacts: ContactSet, *, everything: bool = True) -> tuple[
 def _wrenches(contacts: ContactSet, everything: bool) -> list[Measure]:
     """Return what can be resisted."""
     group, unit = "wrenches it can exert", f"moments over {1e3 * contacts.length:.0f} mm"
-    space = WrenchSpace.of(contacts.grasp_matrix, contacts.normals, contacts.friction, length=contacts.length)
-    closure = quality.force_closure(contacts.points, contacts.normals, contacts.friction)
+    space = contacts.wrench_space()
+    closure = quality.force_closure(contacts.points, contacts.normals, space.friction, contacts.model)
     found = [
         Measure(group, "force-closure margin", closure, "", "above 0: the contacts can resist any wrench", True),
         Measure(
@@ -148,7 +151,7 @@ def _wrenches(contacts: ContactSet, everything: bool) -> list[Measure]:
         ),
     ]
     if everything:
-        each = WrenchSpace.of(space.grasp, contacts.normals, contacts.friction, bound="Linf")
+        each = contacts.wrench_space("Linf")
         least, volume, weight = (
             epsilon(each, tolerance=1e-3, max_points=250).value,
             wrench_volume(space),
@@ -176,16 +179,19 @@ def _forces(contacts: ContactSet) -> list[Measure]:
     wrench = np.zeros(6) if contacts.wrench is None else contacts.wrench
     if contacts.forces is not None:
         sizes = np.linalg.norm(contacts.forces, axis=1)
-        spare = friction_margins(contacts.forces, contacts.normals, contacts.friction).min()
         rest = np.abs(contacts.grasp_matrix @ contacts.forces.ravel() + wrench).max()
         found = [
             Measure(group, "norm of the forces", float(np.linalg.norm(sizes)), "N", "√Σ|f|² of all contacts", True),
             Measure(group, "largest force", float(sizes.max()), "N", "of any contact", True),
-            Measure(group, "least friction to spare", float(spare), "N", "μ f_n − |f_t| of the worst contact", True),
             Measure(group, "imbalance", float(rest), "N, N m", "largest entry of G f + w_ext"),
         ]
+        if contacts.model.has_friction:
+            spare = float(friction_margins(contacts.forces, contacts.covectors, contacts.friction).min())
+            says = "μ f_n − |f_t| of the worst contact"
+            found.insert(2, Measure(group, "least friction to spare", spare, "N", says, True))
     if contacts.wrench is not None and contacts.wrench.any():
-        problem = ForceProblem(contacts.grasp_matrix, contacts.normals, contacts.friction, wrench)
+        given = (contacts.grasp_matrix, contacts.normals, contacts.friction, wrench)
+        problem = ForceProblem(*given, model=contacts.model)
         for aim, says in (("norm", "of any forces that hold the load"), ("largest", "the least that suffices")):
             best = best_forces(problem, aim)  # type: ignore[arg-type]  # both are aims
             value = math.nan if best is None else best.value
@@ -235,7 +241,7 @@ def _stiffness(contacts: ContactSet, springs: CompliantGrasp) -> list[Measure]:
         return [Measure(group, "stiffness", 0.0, "N/m", "the springs do not hold the object", True)]
     away = float(np.linalg.norm(held.centre - 0.0))
     limits = ContactLimits(float(contacts.friction.min()), 0.0, 30.0)  # the slipperiest contact counts for all
-    robust = contact_robustness(springs, contacts.normals, limits).value
+    robust = contact_robustness(springs, contacts.covectors, limits).value
     return [
         Measure(group, "softest shift", float(held.translational[0]), "N/m", "without preload, turning freely", True),
         Measure(group, "stiffest shift", float(held.translational[2]), "N/m", "without preload, turning freely"),

@@ -10,7 +10,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..model.force_closure import force_closure_margin
+from ..model.contact_model import ContactModel
+from ..model.force_closure import HARD, force_closure_margin
 from ..spatial import Array
 
 
@@ -54,9 +55,9 @@ def uniformity(grasp: Array, jacobian: Array) -> float:
     return 1.0 / isotropy(hand_object_jacobian(grasp, jacobian))[0]
 
 
-def force_closure(points: Array, normals: Array, friction: npt.ArrayLike) -> float:
+def force_closure(points: Array, normals: Array, friction: npt.ArrayLike, model: ContactModel = HARD) -> float:
     """Return how far inside the cones internal forces can be, 1 N a contact on average; the package's own margin."""
-    return force_closure_margin(points, normals, friction)
+    return force_closure_margin(points, normals, friction, model)
 
 
 def grasp_polygon_area(points: Array) -> float:

@@ -1,20 +1,22 @@
-"""What wrenches a grasp can exert with bounded forces: the exact ε of [FerrariCanny1992], volume, rays, tasks.
+"""What wrenches a grasp can exert with bounded forces: the exact ε of [FerrariCanny1992], rays, tasks.
 
 The space is known by its support function h(d) = max d·w, in closed form for a cone: of a contact with the pull
-g = G_iᵀ d it is max(0, n·g + μ |g_t|) for normal forces up to 1. Bounding the sum of all normal forces ("L1") the
+g = G_iᵀ d it is max(0, ν·g + μ |g − (ν·g) ν|) for normal forces up to 1, ν the normal of a hard finger and the covector
+of any other :class:`~grasp_planner.model.contact_model.ContactModel`. Bounding the sum of all normal forces ("L1") the
 contacts' values enter by their maximum, bounding each ("Linf") by their sum. No cone is cut into facets.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from ..exceptions import InvalidValueError, NameNotFoundError
+from ..model.contact_model import ContactModel
 from ..model.force_closure import HARD, solve_cone_program
 from ..spatial import Array
 from ..values import Value
@@ -30,20 +32,29 @@ class WrenchSpace(Value):
     """The wrenches of contacts with friction cones and bounded normal forces.
 
     Attributes:
-        grasp: G, of shape (6, 3 n_c); moments divided by a length where a ball is to be measured in.
+        grasp: G, of shape (6, d n_c); moments divided by a length where a ball is to be measured in.
         normals: Unit normals into the object, of shape (n_c, 3).
         friction: μ of each contact, of shape (n_c,).
         bound: ``L1``: the normal forces sum to at most 1; ``Linf``: each is at most 1.
+        model: What the contacts transmit.
     """
 
     grasp: Array
     normals: Array
     friction: Array
     bound: Bound = "L1"
+    model: ContactModel = HARD
 
     @classmethod
     def of(
-        cls, grasp: Array, normals: Array, friction: float | Array, *, bound: Bound = "L1", length: float = 1.0
+        cls,
+        grasp: Array,
+        normals: Array,
+        friction: float | Array,
+        *,
+        bound: Bound = "L1",
+        length: float = 1.0,
+        model: ContactModel = HARD,
     ) -> WrenchSpace:
         """Return the space with moments divided by a length [m].
 
@@ -54,22 +65,29 @@ class WrenchSpace(Value):
         if bound not in BOUNDS:
             raise NameNotFoundError("bound", str(bound), BOUNDS)
         normals = np.asarray(normals, dtype=float).reshape(-1, 3)
-        if np.shape(grasp) != (6, normals.size):
-            raise InvalidValueError("G", np.shape(grasp), f"of shape (6, {normals.size})")
+        if np.shape(grasp) != (6, model.dimension * len(normals)):
+            raise InvalidValueError("G", np.shape(grasp), f"of shape (6, {model.dimension * len(normals)})")
         mu = np.broadcast_to(np.asarray(friction, dtype=float), (len(normals),))
         if not (mu >= 0.0).all():
             raise InvalidValueError("friction", mu.tolist(), "0 or more")
-        return cls(np.repeat([1.0, 1.0 / length], 3)[:, None] * grasp, normals, mu, bound)
+        if not model.has_friction:
+            mu = np.ones(len(normals))  # nothing is tangential: any μ > 0 says that contacts press
+        return cls(np.repeat([1.0, 1.0 / length], 3)[:, None] * grasp, normals, mu, bound, model)
+
+    @cached_property
+    def covectors(self) -> Array:
+        """ν of every contact, of shape (n_c, d)."""
+        return self.model.covectors(self.normals)
 
     def support(self, direction: Array) -> tuple[float, Array]:
-        """Return h(d) and forces f that reach it, of shape (3 n_c,)."""
-        pull = (self.grasp.T @ direction).reshape(-1, 3)
-        along = np.einsum("ij,ij->i", pull, self.normals)
-        across = pull - along[:, None] * self.normals
+        """Return h(d) and forces f that reach it, of shape (d n_c,)."""
+        pull = (self.grasp.T @ direction).reshape(self.covectors.shape)
+        along = np.einsum("ij,ij->i", pull, self.covectors)
+        across = pull - along[:, None] * self.covectors
         size = np.linalg.norm(across, axis=1)
         values = along + self.friction * size
         unit = across / np.maximum(size, 1e-300)[:, None]
-        best = self.normals + self.friction[:, None] * unit
+        best = self.covectors + self.friction[:, None] * unit
         if self.bound == "L1":
             keep = np.arange(len(values)) == int(np.argmax(values))
         else:
@@ -86,7 +104,7 @@ class Epsilon(Value):
         value: ε ≥ 0; 0 without force closure.
         bound: An upper bound; ε is between value and it.
         direction: The unit wrench in whose direction the space reaches least, of shape (6,).
-        gradient: ∂ε/∂G, of shape (6, 3 n_c), where the direction is the only one.
+        gradient: ∂ε/∂G, of shape (6, d n_c), where the direction is the only one.
         facets: How many facets the certificate has.
     """
 
@@ -165,57 +183,18 @@ def _diagonals() -> Array:
     return np.array(np.meshgrid(*[[-1.0, 1.0]] * 6)).reshape(6, -1).T / np.sqrt(6.0)
 
 
-def faceted_epsilon(space: WrenchSpace, edges: int = 8) -> float:
-    """Return ε as GraspIt! has it: each cone cut into a pyramid, the hull of the edges' wrenches; ≤ the exact one.
-
-    Args:
-        space: The space, bounded ``L1``.
-        edges: Edges of each pyramid.
-
-    Returns:
-        ε of the pyramids, 0 where the origin is not inside.
-    """
-    wrenches = edge_wrenches(space, edges)
-    try:
-        hull = ConvexHull(np.vstack([wrenches, np.zeros((1, 6))]))
-    except QhullError:
-        return 0.0
-    return max(0.0, float((-hull.equations[:, -1]).min()))
-
-
-def wrench_volume(space: WrenchSpace, edges: int = 8) -> float:
-    """Return the volume of the pyramids' wrench space; [Miller1999]. Grows to the exact one with the edges."""
-    try:
-        return float(ConvexHull(np.vstack([edge_wrenches(space, edges), np.zeros((1, 6))])).volume)
-    except QhullError:
-        return 0.0
-
-
-def edge_wrenches(space: WrenchSpace, edges: int) -> Array:
-    """Return the wrenches of the edges of each cone at unit normal force, of shape (n_c · edges, 6)."""
-    angles = 2.0 * np.pi * np.arange(edges) / edges
-    helper = np.eye(3)[np.argmin(np.abs(space.normals), axis=1)]
-    first = np.cross(space.normals, helper)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(space.normals, first)
-    ring = first[:, None] * np.cos(angles)[:, None] + second[:, None] * np.sin(angles)[:, None]
-    forces = space.normals[:, None] + space.friction[:, None, None] * ring
-    blocks = space.grasp.reshape(6, -1, 3)
-    return np.asarray(np.einsum("aij,iej->iea", blocks, forces).reshape(-1, 6))
-
-
 def reach(space: WrenchSpace, direction: Array) -> tuple[float, Array]:
     """Return the largest s with s d in the space, 0 if none, and forces f with G f = s d; by a cone program."""
-    n_c = len(space.normals)
-    size = 3 * n_c + 1
-    cones = HARD.cone_rows(space.normals, space.friction, size)
+    n_c, d = space.covectors.shape
+    size = d * n_c + 1
+    cones = space.model.cone_rows(space.normals, space.friction, size)
     normal = np.zeros((n_c, size))
-    for i, n in enumerate(space.normals):
-        normal[i, 3 * i : 3 * i + 3] = n
+    for i, covector in enumerate(space.covectors):
+        normal[i, d * i : d * i + d] = covector
     bounds = [-normal.sum(axis=0)[None]] if space.bound == "L1" else [-row[None] for row in normal]
     equality = np.hstack([space.grasp, -np.asarray(direction, dtype=float)[:, None]])
     last = np.eye(size)[-1]
-    offsets = [np.zeros(4)] * n_c + [np.ones(1)] * len(bounds) + [np.zeros(1)]
+    offsets = [np.zeros(1 + d)] * n_c + [np.ones(1)] * len(bounds) + [np.zeros(1)]
     found = solve_cone_program(-last, equality, np.zeros(6), [*cones, *bounds, last[None]], offsets)
     return (0.0, np.zeros(size - 1)) if found is None else (max(0.0, float(found[-1])), found[:-1])
 
@@ -236,34 +215,5 @@ def task_epsilon(space: WrenchSpace, ellipsoid: Array, *, tolerance: float = 1e-
     """
     if np.linalg.matrix_rank(ellipsoid) < 6:
         raise InvalidValueError("ellipsoid", "singular", "a regular 6 × 6 matrix")
-    turned = WrenchSpace(np.linalg.solve(ellipsoid, space.grasp), space.normals, space.friction, space.bound)
+    turned = replace(space, grasp=np.linalg.solve(ellipsoid, space.grasp))
     return epsilon(turned, tolerance=tolerance)
-
-
-def min_weight(wrenches: Array) -> tuple[float, Array]:
-    """Return l* of [Li2023], n l* being in [0, 1], with its gradient by the wrenches.
-
-    max l with Σ α_j w_j = 0, Σ α_j = 1, α_j ≥ l: positive only with force closure, and below ε times a constant.
-
-    Args:
-        wrenches: Edge wrenches w_j, of shape (n, 6).
-
-    Returns:
-        l*, −1 where the origin is not in their hull, and ∂l*/∂w, of shape (n, 6).
-    """
-    n = len(wrenches)
-    cost = np.append(np.zeros(n), -1.0)
-    equality = np.vstack([np.hstack([wrenches.T, np.zeros((6, 1))]), np.append(np.ones(n), 0.0)])
-    above = np.hstack([-np.eye(n), np.ones((n, 1))])
-    found = linprog(
-        cost,
-        A_ub=above,
-        b_ub=np.zeros(n),
-        A_eq=equality,
-        b_eq=np.eye(7)[6],
-        bounds=[(None, None)] * n + [(-1.0, None)],
-        method="highs",
-    )
-    if not found.success:
-        return -1.0, np.zeros((n, 6))
-    return float(found.x[-1]), np.outer(found.x[:n], found.eqlin.marginals[:6])

@@ -12,7 +12,7 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from ..analysis.improve import GOALS, Goal, Improvement, improve_grasp, withstood
-from ..analysis.measures import ContactSet, Measure, contact_set, has_hard_fingers
+from ..analysis.measures import ContactSet, Measure, contact_set
 from ..analysis.sensitivity import PostOptimality, Sensitivity, post_optimality
 from ..analysis.tolerance import pose_tolerances
 from ..grasp.grasp import Grasp
@@ -68,9 +68,7 @@ def analyse(
     grasp = opened_grasp(file, hand)
     console.print(f"[bold]{grasp.verdict}[/]", highlight=False)
     _print_rows(console, [("F", f"{grasp.force_norm:.4f} N"), *margin_rows(grasp)])
-    measured: tuple[Measure, ...] = ()
-    if has_hard_fingers(grasp):
-        measured = _print_measures(console, file, contact_set(grasp), hand, everything, compare, picture)
+    measured = _print_measures(console, file, contact_set(grasp), hand, everything, compare, picture)
     console.print(_tolerance_table(grasp))
     found = None
     if sensitivity and grasp.feasible:

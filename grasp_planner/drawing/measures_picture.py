@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..analysis.measures import ContactSet
-from ..analysis.wrench_space import WrenchSpace, epsilon, reach
+from ..analysis.wrench_space import epsilon, reach
 from ..exceptions import InvalidValueError
 from ..files.writing import replacing
 from ..model.stiffness import grasp_stiffness
@@ -45,7 +45,7 @@ def measures_figure(contacts: ContactSet) -> Figure:
     """
     from matplotlib.figure import Figure
 
-    space = WrenchSpace.of(contacts.grasp_matrix, contacts.normals, contacts.friction, length=contacts.length)
+    space = contacts.wrench_space()
     radius, compliance = epsilon(space, tolerance=1e-3, max_points=250).value, _shift_compliance(contacts)
     rows = 1 if compliance is None else 2
     figure = Figure(figsize=(10.0, 3.5 * rows), layout="constrained")

@@ -10,8 +10,8 @@ from .compliance import series_stiffness as series_stiffness
 from .compliance import weighted_right_inverse as weighted_right_inverse
 from .contact_kinds import complete_grasp_matrix as complete_grasp_matrix
 from .contact_kinds import complete_jacobian as complete_jacobian
-from .contact_kinds import contact_frames as contact_frames
 from .contact_kinds import contact_selection as contact_selection
+from .contact_kinds import tangent_frames as tangent_frames
 from .contact_model import ContactModel as ContactModel
 from .contact_model import Frictionless as Frictionless
 from .contact_model import HardFinger as HardFinger
@@ -52,7 +52,7 @@ from .subspaces import null_basis as null_basis
 from .subspaces import projector as projector
 from .subspaces import range_basis as range_basis
 from .subspaces import rigid_body_motions as rigid_body_motions
-from .subspaces import stacked as stacked
+from .subspaces import stacked_change as stacked_change
 from .task import Ellipsoid as Ellipsoid
 from .task import alignment_deg as alignment_deg
 from .task import force_transmission_ratio as force_transmission_ratio

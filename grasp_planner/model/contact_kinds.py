@@ -74,7 +74,7 @@ def contact_selection(normals: Array, kinds: Sequence[ContactKind]) -> Array:
     return np.vstack(rows)
 
 
-def contact_frames(normals: Array) -> Array:
+def tangent_frames(normals: Array) -> Array:
     """Return a frame for each contact, columns t₁, t₂, n: t₁ is the axis along which n is least, made tangential.
 
     With R their block diagonal, G R and Rᵀ J are those of forces in the contacts' own frames.

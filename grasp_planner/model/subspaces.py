@@ -78,7 +78,7 @@ class HomogeneousSolution(Value):
     @property
     def least_internal(self) -> dict[str, Array]:
         """The internal changes less their rigid part: of least norm over all blocks, in the units that they have."""
-        return _unstacked(self.internal, _apart(stacked(self.internal), stacked(self.rigid)))
+        return _unstacked(self.internal, _apart(stacked_change(self.internal), stacked_change(self.rigid)))
 
     @property
     def least_external(self) -> dict[str, Array]:
@@ -86,11 +86,11 @@ class HomogeneousSolution(Value):
 
         The norm adds newtons, radians and metres, so it depends on the units; this is the split that SynGrasp makes.
         """
-        others = np.hstack([stacked(self.internal), stacked(self.rigid)])
-        return _unstacked(self.external, _apart(stacked(self.external), others))
+        others = np.hstack([stacked_change(self.internal), stacked_change(self.rigid)])
+        return _unstacked(self.external, _apart(stacked_change(self.external), others))
 
 
-def stacked(change: dict[str, Array]) -> Array:
+def stacked_change(change: dict[str, Array]) -> Array:
     """Return the blocks of a change one below the other, in the order of :data:`BLOCKS`."""
     return np.vstack([change[name] for name in BLOCKS])
 

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from ..analysis.measures import ContactSet
-from ..exceptions import FileFormatError, InvalidValueError
+from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from ..files.text import read_text_file
-from ..model.contacts import grasp_matrix
+from ..model.contact_model import parse_contact_model
 from ..model.quasi_static import compliant_grasp
 from ..spatial import Array
 from .layout import Record
@@ -23,17 +23,18 @@ Rows = list[list[float]]
 
 
 class ContactFile(Record):
-    """A plain file of hard-finger contacts; SI units, one frame."""
+    """A plain file of contacts; SI units, one frame."""
 
     points: list[tuple[float, float, float]] = Field(min_length=1, description="contact points [m]")
     normals: list[tuple[float, float, float]] = Field(description="unit normals into the object")
     friction: float = Field(gt=0.0, description="coefficient of friction")
     centre: tuple[float, float, float] = Field(default=(0.0, 0.0, 0.0), description="centre of mass [m]")
-    forces: list[tuple[float, float, float]] | None = Field(default=None, description="on the object [N]")
+    contact_model: str = Field(default="hard", description="hard, soft:torsion=0.003 or frictionless")
+    forces: Rows | None = Field(default=None, description="on the object [N], three numbers, or d intensities, each")
     wrench: tuple[float, float, float, float, float, float] | None = Field(
         default=None, description="external wrench about the centre [N, N m]"
     )
-    J: Rows | None = Field(default=None, description="hand Jacobian, 3 n_c rows")
+    J: Rows | None = Field(default=None, description="hand Jacobian, d n_c rows, d = 3 for hard fingers")
     S: Rows | None = Field(default=None, description="synergies, n_q rows; the identity if left out")
     contact_stiffness: float | list[float] | Rows | None = Field(default=None, description="number, diagonal or matrix")
     joint_stiffness: float | list[float] | Rows | None = None
@@ -68,7 +69,7 @@ def read_contact_file(path: Path) -> ContactSet:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
         raise FileFormatError(path, f"key {key!r}: {first['msg']}") from None
-    except InvalidValueError as error:
+    except (InvalidValueError, NameNotFoundError) as error:
         raise FileFormatError(path, str(error)) from None
 
 
@@ -80,12 +81,12 @@ def _contacts(found: ContactFile) -> ContactSet:
             raise InvalidValueError(name, f"{len(rows)} of them", f"one for each of the {len(points)} points")
     if (np.abs(np.linalg.norm(normals, axis=1) - 1.0) > UNIT_TOLERANCE).any():
         raise InvalidValueError("normals", normals.tolist(), "of length 1")
-    centre, springs = np.array(found.centre), None
+    centre, springs, model = np.array(found.centre), None, parse_contact_model(found.contact_model)
     if found.J is not None:
         jacobian = _matrix("J", found.J)
         basis = np.eye(jacobian.shape[1]) if found.S is None else _matrix("S", found.S)
         springs = compliant_grasp(
-            grasp_matrix(points - centre),
+            model.grasp_matrix(points - centre, normals),
             jacobian,
             basis,
             contact_stiffness=found.contact_stiffness,
@@ -94,9 +95,11 @@ def _contacts(found: ContactFile) -> ContactSet:
         )
         if found.contact_stiffness is None and found.joint_stiffness is None:
             raise InvalidValueError("contact_stiffness", "missing", "given where J is, or joint_stiffness")
-    forces = None if found.forces is None else np.array(found.forces)
+    forces = None if found.forces is None else _matrix("forces", found.forces)
+    if forces is not None and forces.shape[1] != model.dimension:
+        raise InvalidValueError("forces", f"{forces.shape[1]} numbers each", f"{model.dimension} for {model.text}")
     wrench = None if found.wrench is None else np.array(found.wrench)
-    return ContactSet(points, normals, np.full(len(points), found.friction), centre, forces, wrench, springs)
+    return ContactSet(points, normals, np.full(len(points), found.friction), centre, forces, wrench, springs, model)
 
 
 def _matrix(name: str, rows: Rows) -> Array:
