@@ -17,7 +17,7 @@ from ..model.compliance import hand_stiffness
 from ..spatial import Array, Pose
 from ..values import Value
 from .equilibrium import Anchors, Conditions, RestSolver, RestState
-from .path import ReferencePath, free_posture, posture_overlaps, reference_path
+from .path import ReferencePath, free_posture, posture_overlaps, reference_paths
 from .touches import Touches, find_touches
 
 CLOSING_STEPS = 8
@@ -32,6 +32,8 @@ BUDGET, PUSH_BUDGET = 500, 120
 """Most evaluations of closing and release, and of a push; whatever takes more counts as lost."""
 PUSH = 1.0
 """Force the object is pushed with where no load case names one [N]."""
+OPEN_OVERLAP = 1e-3
+"""Deepest overlap of the open hand with itself or the object with which a closing may begin [m], as in simulation."""
 MAX_DISPLACEMENT, MAX_ROTATION = 0.05, np.radians(15.0)
 """How far the object may move [m] and turn [rad], as in simulation."""
 
@@ -45,6 +47,8 @@ class ClosingReport(Value):
     """How a grasp closes from an open hand, and whether it then holds; frame O of the plan.
 
     Attributes:
+        path: The references from the open hand to the plan's, the best of several ways.
+        pregrasp: Posture of the open hand, the palm where it is planned [rad], of shape (n_q,).
         names: Names of the contacts.
         times: When each finger touches: 0 open, 1 the touching references, 2 the plan's; infinite without a touch.
         points: Where each finger first touches the object, or where the surface is nearest [m], of shape (n_c, 3).
@@ -60,6 +64,8 @@ class ClosingReport(Value):
         push: How strong these pushes are [N].
     """
 
+    path: ReferencePath
+    pregrasp: Array
     names: tuple[str, ...]
     times: Array
     points: Array
@@ -86,8 +92,18 @@ class ClosingReport(Value):
 
     @property
     def holds(self) -> bool:
-        """Whether the hand closes and then holds every push."""
-        return self.rests and bool(np.isfinite(self.pushes).all())
+        """Whether the open hand is free, closes and then holds every push."""
+        return self.opens and self.rests and bool(np.isfinite(self.pushes).all())
+
+    @property
+    def opens(self) -> bool:
+        """Whether the open hand overlaps neither the object nor itself."""
+        return self.path.overlap <= OPEN_OVERLAP
+
+    @property
+    def rank(self) -> tuple[float, ...]:
+        """What ways of closing are ordered by, the best first: opens, rests, pushes held, mismatch."""
+        return not self.opens, not self.rests, float(np.isinf(self.pushes).sum()), float(self.mismatch.max())
 
     @property
     def worst(self) -> int:
@@ -103,6 +119,8 @@ class ClosingReport(Value):
             off = f"{' and '.join(missing)} would not touch; {off}"
         if self.holds:
             return f"closes from open: {off}, the object moves {1e3 * self.displacement:.1f} mm"
+        if not self.opens:
+            return f"does not close: the open hand overlaps by {1e3 * self.path.overlap:.1f} mm"
         lost = int(np.isinf(self.pushes).sum())
         what = f"{lost} of {len(self.pushes)} pushes of {self.push:g} N lost" if self.rests else "the object is lost"
         return f"does not close: {off}, {what}"
@@ -113,13 +131,22 @@ def close_grasp(grasp: PosedGrasp, path: ReferencePath | None = None) -> Closing
 
     Args:
         grasp: The grasp.
-        path: The references; those that simulation uses if None.
+        path: The references; if None, of several ways the first that holds, or else the one that comes nearest.
 
     Returns:
         How it closes.
     """
-    path = path or reference_path(grasp)
-    return _Run(grasp, path).result()
+    if path is not None:
+        return _Run(grasp, path).result()
+    best: ClosingReport | None = None
+    for way in reference_paths(grasp):
+        report = _Run(grasp, way).result()
+        if best is None or report.rank < best.rank:
+            best = report
+        if best.holds:
+            break
+    assert best is not None
+    return best
 
 
 class _Run:
@@ -155,6 +182,8 @@ class _Run:
             overlap = max(posture_overlaps(problem, rest.q, pose))
             pushes = np.array([self._pushed(rest, push * way) for way in np.vstack([np.eye(3), -np.eye(3)])])
         return ClosingReport(
+            path=self.path,
+            pregrasp=free_posture(self.grasp, self.path.open),
             names=tuple(frame.name for frame in problem.frames),
             times=self.touches.times,
             points=self.touches.points,

@@ -26,6 +26,8 @@ SHARES = (1.0, 0.5, 0.25, 0.1)
 """Shares of a Newton step that are tried until the residual falls; if it never does, the best is taken."""
 TOLERANCE, ACCEPTED = 1e-5, 5e-3
 """Largest residual [N] at which iterations end, and with which the best is accepted where they do not get there."""
+SLOW = 0.5
+"""Iterations end, too, where a residual that would be accepted falls by less than to this share of the one before."""
 DAMPING = 1e-5
 """Compliance added to that of the fingers in Newton steps only [m/N]: a stretched finger has directions without any."""
 FURTHEST = 0.01
@@ -156,8 +158,11 @@ class RestSolver:
                 tried.append((trial, *self._newton(trial, before, conditions)))
                 if tried[-1][3] < (1.0 - 0.5 * share) * residual:
                     break
+            last = residual
             state, place, step, residual = min(tried, key=lambda each: each[3])
             best = min(best, (residual, state, place), key=lambda each: each[0])
+            if SLOW * last < residual < ACCEPTED:
+                break
         residual, state, place = best
         if not residual < ACCEPTED:
             return None

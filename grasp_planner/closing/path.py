@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +13,19 @@ from ..model.contacts import find_contacts, fingertip_positions
 from ..problem.problem import GraspProblem
 from ..problem.term import above_zero
 from ..spatial import Array, Pose
+from .contact_law import block_diagonal
 
-OPENINGS = (0.02, 0.012, 0.006, 0.003, 0.0015)
+OPENINGS = (0.02, 0.012, 0.006, 0.0025)
 """Mean distances of the open fingertips from the object [m] …"""
-OPENING_DAMPINGS = (0.1, 0.03, 0.01, 0.001)
+OPENING_DAMPINGS = (0.1, 0.03, 0.005)
 """… reached with steps of the references damped as these [m/rad]; the first open posture without overlap is taken."""
-DAMPING = 1e-3
-"""Damping of the least-squares problem of the touching references [m/rad]."""
+MANNERS = (("stiffness", 0.03), ("surface", 0.03), ("alike", 0.1), ("stiffness", 0.1))
+"""How the touching references are chosen: what weighs the way of a free fingertip from its contact (its stiffness;
+along the surface rather than through it; every way alike), and the damping towards the planned posture [m/rad]."""
+THROUGH = 0.2
+"""Weight of a way through the surface against one along it: the finger then only touches sooner or later."""
+RIGID = 0.2
+"""Least compliance of a fingertip that counts, relative to the mean: a stretched finger has directions without any."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +36,13 @@ class ReferencePath:
         open: The hand is open.
         touching: The free hand's fingertips are where they touch, as well as the synergies can.
         squeezing: The plan's own references.
+        overlap: Deepest overlap of the open hand with the object or with itself [m].
     """
 
     open: Array
     touching: Array
     squeezing: Array
+    overlap: float = 0.0
 
     def stages(self) -> tuple[tuple[Array, Array], ...]:
         """Return where each stage begins and ends."""
@@ -46,25 +55,47 @@ class ReferencePath:
         return self.touching + (time - 1.0) * (self.squeezing - self.touching)
 
 
-def reference_path(grasp: PosedGrasp, *, links: bool = True) -> ReferencePath:
-    """Return how the references go from an open hand to a grasp.
+def reference_paths(grasp: PosedGrasp, *, links: bool = True) -> Iterator[ReferencePath]:
+    """Yield ways in which the references go from an open hand to a grasp, the usual one first.
 
     Args:
         grasp: The grasp.
         links: Whether no link may overlap when the hand is open; if not, only fingertips count.
 
-    Returns:
-        The references.
+    Yields:
+        The references; with one synergy there is one way only.
     """
-    synergies, n_s = grasp.problem.synergies, grasp.problem.n_synergies
-    jacobian = grasp.configuration.contact_jacobian(grasp.problem.frames, grasp.contacts.points)
+    problem, synergies = grasp.problem, grasp.problem.synergies
+    jacobian = grasp.configuration.contact_jacobian(problem.frames, grasp.contacts.points)
     by_sigma = jacobian @ synergies.basis
-    regular = DAMPING**2 * np.eye(n_s)
-    # The free hand stands at q̄ + S σ: its fingertips are at the contacts where J (q̄ + S σ − q) = 0.
-    away = jacobian @ (grasp.joint_angles - grasp.reference_joint_angles)
-    touching = grasp.sigma + np.linalg.solve(by_sigma.T @ by_sigma + regular, by_sigma.T @ away)
-    slopes = -np.einsum("ij,ijk->ik", grasp.contacts.normals, by_sigma.reshape(-1, 3, n_s))
+    slopes = -np.einsum("ij,ijk->ik", grasp.contacts.normals, by_sigma.reshape(-1, 3, problem.n_synergies))
     steps = [_opening_step(slopes, damping) for damping in OPENING_DAMPINGS]
+    # The free hand stands at q̄ + S σ: its fingertips are at the contacts where J (q̄ + S σ − q) = 0.
+    near = synergies.coordinates(grasp.joint_angles)
+    away = jacobian @ (grasp.joint_angles - synergies.joint_angles(near))
+    for kind, damping in MANNERS[: len(MANNERS) if problem.n_synergies > 1 else 1]:
+        weights = _weights(grasp, jacobian, kind)
+        rows = weights @ by_sigma
+        normal = rows.T @ rows + damping**2 * synergies.basis.T @ synergies.basis
+        touching = near + np.linalg.solve(normal, rows.T @ (weights @ away))
+        opened, overlap = _opened(grasp, touching, steps, links)
+        yield ReferencePath(opened, touching, grasp.sigma, overlap)
+
+
+def reference_path(grasp: PosedGrasp, *, links: bool = True) -> ReferencePath:
+    """Return the first way from an open hand to a grasp that begins without overlap; if none does, with the least."""
+    best: ReferencePath | None = None
+    for path in reference_paths(grasp, links=links):
+        if best is None or path.overlap < best.overlap:
+            best = path
+        if best.overlap <= 0.0:
+            break
+    assert best is not None
+    return best
+
+
+def _opened(grasp: PosedGrasp, touching: Array, steps: list[Array], links: bool) -> tuple[Array, float]:
+    """Return the references of the open hand, as wide as it opens without overlap, and the overlap that remains [m]."""
     best, least = touching, np.inf
     for sigma in (touching + opening * step for opening in OPENINGS for step in steps):
         overlap = max(posture_overlaps(grasp.problem, free_posture(grasp, sigma), grasp.palm_pose, links=links))
@@ -72,7 +103,24 @@ def reference_path(grasp: PosedGrasp, *, links: bool = True) -> ReferencePath:
             best, least = sigma, overlap
         if overlap <= 0.0:
             break
-    return ReferencePath(best, touching, grasp.sigma)
+    return best, least
+
+
+def _weights(grasp: PosedGrasp, jacobian: Array, kind: str) -> Array:
+    """Return what weighs ways of the fingertips, of shape (3 n_c, 3 n_c), about 1 in size."""
+    n_c = len(grasp.problem.frames)
+    normals = grasp.contacts.normals
+    blocks = np.tile(np.eye(3), (n_c, 1, 1))
+    if kind == "surface":
+        blocks = blocks - (1.0 - THROUGH) * normals[:, :, None] * normals[:, None, :]
+    elif kind == "stiffness":
+        tips = (jacobian * grasp.problem.joint_compliance) @ jacobian.T
+        compliance = tips.reshape(n_c, 3, n_c, 3)[np.arange(n_c), :, np.arange(n_c), :]
+        values, axes = np.linalg.eigh(compliance)
+        mean = values.mean()
+        relative = np.sqrt(1.0 / (values / mean + RIGID)) if mean > 0.0 else np.ones_like(values)
+        blocks = (axes * relative[:, None, :]) @ axes.transpose(0, 2, 1)
+    return block_diagonal(blocks)
 
 
 def _opening_step(slopes: Array, damping: float) -> Array:

@@ -146,6 +146,12 @@ class ClosingRecord(Record):
 
     holds: bool = Field(description="whether the closed hand holds a push along ±x, ±y, ±z")
     message: str
+    pregrasp: list[Number] | None = Field(
+        default=None, description="joints of the open hand to begin with, the palm as planned, rad"
+    )
+    references: list[list[Number]] | None = Field(
+        default=None, description="synergy coordinates to go through in straight lines: open, touching, the plan's; rad"
+    )
     times: list[Optional] = Field(description="of touches: 0 open, 1 touching references, 2 the plan's; null: none")
     points: list[Vector3] = Field(description="where each finger first touches, in O, m")
     mismatch: list[Number] = Field(description="of these points to the planned contacts, m")

@@ -136,6 +136,8 @@ def closing_record(closing: ClosingReport) -> ClosingRecord:
     return ClosingRecord(
         holds=closing.holds,
         message=closing.text,
+        pregrasp=closing.pregrasp.tolist(),
+        references=[closing.path.at(time).tolist() for time in (0.0, 1.0, 2.0)],
         times=[finite_or_none(time) for time in closing.times],
         points=closing.points.tolist(),
         mismatch=closing.mismatch.tolist(),

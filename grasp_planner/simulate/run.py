@@ -73,7 +73,7 @@ def simulate_grasp(
     tested = squeezed(grasp, squeeze)
     world = World(tested, protocol)
     say = progress or (lambda _: None)
-    path = reference_path(tested, links=protocol.geometry == "links") if protocol.start == "open" else None
+    path = _path(tested, protocol)
     gates = _gates(tested, protocol, path)
     surface_error = world.surface_error()
     rest: RestReport | None = None
@@ -101,6 +101,13 @@ def simulate_grasp(
         notes=world.scene.notes,
         frames=tuple(frames.frames),
     )
+
+
+def _path(grasp: Grasp, protocol: Protocol) -> ReferencePath | None:
+    """Return how the hand closes, None if it begins in the planned posture."""
+    if protocol.start == "plan":
+        return None
+    return grasp.closing.path if protocol.geometry == "links" else reference_path(grasp, links=False)
 
 
 class _Recorder:
