@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.closing.closing import ClosingReport, close_grasp
+from grasp_planner.closing.closing import OPEN_OVERLAP, ClosingReport, close_grasp
 from grasp_planner.closing.contact_law import PENALTY, contact_rows
 from grasp_planner.closing.equilibrium import Anchors, Conditions, RestSolver
-from grasp_planner.closing.path import reference_path
+from grasp_planner.closing.path import free_posture, posture_overlaps, reference_path, reference_paths
 from grasp_planner.closing.touches import find_touches
-from grasp_planner.planning.planner import feasible_rank
+from grasp_planner.planning.ranking import FoundGrasps
 from grasp_planner.records.layout import ClosingRecord
 from grasp_planner.records.parts import closing_record
 
@@ -27,6 +27,10 @@ def grasp():
 @pytest.fixture(scope="module")
 def closing(grasp):
     return grasp.closing
+
+
+def moved(pose):
+    return replace(pose, translation=pose.translation + 2e-3)
 
 
 def changed(grasp, **parameters):
@@ -80,7 +84,7 @@ def test_the_plan_is_the_state_of_rest_of_its_own_contacts(name):
 
 
 def test_fingers_touch_on_the_surface_and_in_the_order_of_their_times(grasp, closing):
-    touches = find_touches(grasp, reference_path(grasp))
+    touches = find_touches(grasp, closing.path)
     surface = grasp.problem.grasp_object.solid
     np.testing.assert_allclose(surface.sample(touches.points).distance, 0.0, atol=1e-7)
     np.testing.assert_allclose(surface.sample(touches.centres).distance, grasp.problem.radii, atol=1e-6)
@@ -105,7 +109,7 @@ def test_a_grasp_that_slips_does_not_close(grasp):
 
 
 def test_a_finger_that_never_arrives_is_named(grasp):
-    path = reference_path(grasp)
+    path = reference_path(grasp, links=False)
     stopped = close_grasp(grasp, replace(path, touching=path.open, squeezing=path.open))
     assert not stopped.holds
     assert "would not touch" in stopped.text
@@ -115,8 +119,37 @@ def test_a_finger_that_never_arrives_is_named(grasp):
 def test_grasps_that_close_go_first_if_so_asked(grasp):
     dear = changed(grasp, force_weight=1.0)  # the worse objective
     slippery = changed(grasp, friction=0.03)
-    assert feasible_rank(dear) > feasible_rank(slippery)
-    assert feasible_rank(dear, closing=True) < feasible_rank(slippery, closing=True)
+    found = FoundGrasps()
+    for each in (slippery, replace(dear, palm_pose=moved(dear.palm_pose))):
+        found.keep(each)
+    assert found.first() is slippery
+    assert not slippery.closing.holds
+    assert found.first_closing() is found.ranked()[1]
+
+
+def test_a_grasp_found_twice_is_kept_once(grasp):
+    found = FoundGrasps()
+    for each in (changed(grasp, force_weight=1.0), replace(grasp), replace(grasp, palm_pose=moved(grasp.palm_pose))):
+        found.keep(each)
+    assert (found.count, found.different) == (3, 2)
+    assert found.first().problem.parameters.force_weight < 1.0
+
+
+def test_a_hand_with_many_synergies_closes_in_the_first_of_several_ways_that_holds(grasp):
+    ways = list(reference_paths(grasp, links=False))  # the plan's links overlap the object
+    assert len({way.touching.tobytes() for way in ways}) == len(ways) > 1
+    first = next(way for way in ways if close_grasp(grasp, way).holds)
+    np.testing.assert_array_equal(grasp.closing.path.touching, first.touching)
+    open_hand = free_posture(grasp, first.open)
+    np.testing.assert_array_equal(grasp.closing.pregrasp, open_hand)
+    assert first.overlap == posture_overlaps(grasp.problem, open_hand, grasp.palm_pose, links=False)[0] <= OPEN_OVERLAP
+
+
+def test_a_hand_that_cannot_open_does_not_close(grasp):
+    way = reference_path(grasp, links=False)
+    blocked = close_grasp(grasp, replace(way, overlap=2e-3))
+    assert close_grasp(grasp, way).holds and not blocked.holds
+    assert "the open hand overlaps by 2.0 mm" in blocked.text
 
 
 @pytest.mark.parametrize(("holds", "found"), [(True, 2), (False, 4)])

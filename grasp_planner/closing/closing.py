@@ -139,7 +139,9 @@ def close_grasp(grasp: PosedGrasp, path: ReferencePath | None = None) -> Closing
     if path is not None:
         return _Run(grasp, path).result()
     best: ClosingReport | None = None
-    for way in reference_paths(grasp):
+    # Where the plan itself does not keep the links clear, they do not count in the open hand either.
+    clear = max(posture_overlaps(grasp.problem, grasp.joint_angles, grasp.palm_pose)) <= OPEN_OVERLAP
+    for way in reference_paths(grasp, links=clear):
         report = _Run(grasp, way).result()
         if best is None or report.rank < best.rank:
             best = report

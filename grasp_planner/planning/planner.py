@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -18,6 +17,7 @@ from .nlp import solve_nlp
 from .phase_one import polish, reach_feasibility, settle
 from .preparation import FEW_SYNERGIES, search_starts
 from .program import GraspProgram, Phase
+from .ranking import FoundGrasps
 from .starts import GraspStart, standard_start
 
 PHASE_ONE_GOOD_ENOUGH = 0.1
@@ -27,9 +27,7 @@ LEAST_SQUARES_GOOD_ENOUGH = 0.3
 WORTH_POLISHING = 0.05
 """Largest scaled violation after phase two that a last least-squares solve may remove."""
 PATIENCE = 2
-"""How many times as many feasible grasps as are enough are looked for while none of them closes."""
-CLOSES = (False, False)
-"""What the rank of a feasible grasp that closes begins with."""
+"""How many times as many different grasps as are enough are looked for while none of them closes."""
 
 
 @dataclass
@@ -85,18 +83,6 @@ def plan_grasp(
         return search.best()
 
 
-def feasible_rank(grasp: Grasp, *, closing: bool = False) -> tuple[float, ...]:
-    """Return what feasible grasps are ordered by, the best first.
-
-    If so asked, whether they close from an open hand; the objective to three digits; of equally good ones the angle
-    between the first task and its ellipsoid in whole degrees, then the iterations it took.
-    """
-    angle, _ = grasp.alignments[0]
-    iterations = grasp.search.iterations if grasp.search is not None else 0
-    apart = closing and not grasp.closing.holds
-    return False, apart, float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
-
-
 class _Search:
     """Keeps the best grasp over the starts of one call."""
 
@@ -114,18 +100,20 @@ class _Search:
         asked = problem.parameters.force_law == "springs" if options.closing is None else options.closing
         self.closing = asked and options.enough > 1  # of one grasp there is nothing to choose
         self.began = time.perf_counter()
-        self.tried = self.feasible = self.evaluations = 0
+        self.tried = self.evaluations = 0
         self.stopped = False
         self.cancelled = False
-        self._best: tuple[tuple[float, ...], Grasp] | None = None
+        self._nearest: tuple[float, Grasp] | None = None
+        self.found = FoundGrasps()
 
     @property
     def finished(self) -> bool:
         """Whether no further start is to be tried."""
-        wanted = self.options.enough
-        if self.closing and self._best is not None and self._best[0][:2] != CLOSES:
-            wanted *= PATIENCE
-        return self.stopped or self.feasible >= wanted
+        enough, found = self.options.enough, self.found
+        if self.stopped or found.count < enough or not self.closing:
+            return self.stopped or found.count >= enough
+        most = PATIENCE * enough
+        return found.different >= most or found.count >= PATIENCE * most or found.first_closing() is not None
 
     def run(self, starts: Iterator[GraspStart]) -> None:
         """Try starts until enough grasps are found or the search has to end."""
@@ -135,7 +123,7 @@ class _Search:
                 if self.finished:
                     return
         except _Stop:  # while the next start was prepared
-            if self._best is None:
+            if self._nearest is None and not self.found.count:
                 self._keep(self._attempt(0, standard_start(self.problem)))
 
     def while_preparing(self) -> None:
@@ -166,8 +154,11 @@ class _Search:
 
     def best(self) -> Grasp:
         """Return the best grasp with the report of the whole search."""
-        assert self._best is not None
-        return self._reported(self._best[1])
+        chosen = (self.found.first_closing() if self.closing else None) or self.found.first()
+        if chosen is None:
+            assert self._nearest is not None
+            chosen = self._nearest[1]
+        return self._reported(chosen)
 
     def _reported(self, grasp: Grasp) -> Grasp:
         """Return a grasp with the report of the search so far."""
@@ -176,7 +167,7 @@ class _Search:
             grasp.search,
             evaluations=self.evaluations,
             starts_tried=self.tried,
-            starts_feasible=self.feasible,
+            starts_feasible=self.found.count,
             time_s=time.perf_counter() - self.began,
             cancelled=self.cancelled,
         )
@@ -290,10 +281,11 @@ class _Search:
         if not np.isfinite(attempt.z).all():
             return
         grasp = self._grasp(attempt)
-        feasible = grasp.is_feasible(FEASIBILITY_TOLERANCE)
-        self.feasible += feasible
-        rank = feasible_rank(grasp, closing=self.closing) if feasible else (True, attempt.program.merit(attempt.z))
-        if self._best is None or rank < self._best[0]:
-            self._best = (rank, grasp)
+        if grasp.is_feasible(FEASIBILITY_TOLERANCE):
+            self.found.keep(grasp)
+        else:
+            merit = attempt.program.merit(attempt.z)
+            if self._nearest is None or merit < self._nearest[0]:
+                self._nearest = merit, grasp
         if self.result_callback is not None:
             self.result_callback(self._reported(grasp))

@@ -12,7 +12,8 @@ from ..grasp.grasp import Grasp
 from ..hand.hand import Hand
 from ..model.task_direction import force_task
 from ..objects import Cylinder
-from ..planning.planner import feasible_rank, plan_grasp
+from ..planning.planner import plan_grasp
+from ..planning.ranking import feasible_rank
 from ..planning.starts import GraspStart
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.parameters import GraspParameters
@@ -213,7 +214,7 @@ def _better(grasp: Grasp, other: Grasp) -> Grasp:
     ours, theirs = grasp.search, other.search
     assert ours is not None
     assert theirs is not None
-    chosen = min((grasp, other), key=lambda each: feasible_rank(each) if each.feasible else (True,))
+    chosen = min((grasp, other), key=lambda each: (False, *feasible_rank(each)) if each.feasible else (True,))
     assert chosen.search is not None
     report = replace(
         chosen.search,
