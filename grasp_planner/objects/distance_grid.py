@@ -14,6 +14,7 @@ import numpy as np
 
 from ..spatial import Array
 from .base import SurfaceSample
+from .simplify import simplified
 from .triangles import exact_distance
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ BAND_OUTSIDE, BAND_INSIDE = 0.016, 4.0
 """Nodes are exact up to 16 mm outside the surface, where SPACING is kept, and 4 resolutions inside."""
 SPACING = 1.1e-3
 """Exact nodes farther than 4 resolutions from the surface may be this far apart [m]."""
+FLATNESS = 0.02
+"""How far a mesh of many triangles is simplified for the nodes, in resolutions; the error is measured on all of it."""
 MAX_NODES = 10_000_000
 """Most nodes of a grid; the resolution follows if it has to."""
 REFINEMENT = 0.85
@@ -201,7 +204,7 @@ def _built(mesh: trimesh.Trimesh, resolution: float) -> DistanceGrid:
     while np.prod(axes.counts, dtype=float) > MAX_NODES:
         resolution *= 1.05
         axes = GridAxes.around(mesh.bounds, resolution)
-    values = _distances(mesh, axes)
+    values = _distances(simplified(mesh, FLATNESS * resolution), axes)
     coefficients = scipy.ndimage.spline_filter(values, order=3, output=np.float64, mode="mirror")
     grid = DistanceGrid(axes, coefficients.astype(np.float32), 0.0)
     return DistanceGrid(axes, grid.coefficients, measured_error(mesh, grid))

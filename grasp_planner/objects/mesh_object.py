@@ -58,6 +58,7 @@ class MeshObject(GraspObject):
         density: float | None = None,
         resolution: float | None = None,
         repair: float = 0,
+        shell: float = 0.0,
         size: float = 1.0,
     ) -> MeshObject:
         """Load an object from a mesh file.
@@ -68,7 +69,8 @@ class MeshObject(GraspObject):
             mass: Mass [kg]; from the density if that is given, 0.2 without either.
             density: Density [kg/m³].
             resolution: Spacing of the distance grid [m]; see :func:`load_mesh_solid`.
-            repair: Whether to mend defects (1) or refuse them (0).
+            repair: Whether to close holes of every size (1) or small ones only (0).
+            shell: Thickness that the surface is given [m], half on each side: for sheets and open scans.
             size: Factor by which the solid is enlarged once it is loaded; its distance grid is scaled with it.
 
         Returns:
@@ -80,7 +82,7 @@ class MeshObject(GraspObject):
         """
         if mass is not None and density is not None:
             raise InvalidValueError("object mesh", "mass and density", "one of the two")
-        loaded = load_mesh_solid(path, scale=scale, resolution=resolution, repair=repair)
+        loaded = load_mesh_solid(path, scale=scale, resolution=resolution, repair=repair, shell=shell)
         if density is not None:
             mass = positive("object mesh.density", density, unit="kg/m³") * loaded.volume * size**3
         return cls(loaded, DEFAULT_MASS if mass is None else mass, size)
@@ -92,7 +94,7 @@ class MeshObject(GraspObject):
 
     @property
     def repairs(self) -> tuple[str, ...]:
-        """What was repaired, one sentence each."""
+        """What was done to its triangles, one line each."""
         return self.loaded.repairs
 
     @property
@@ -147,6 +149,11 @@ class MeshObject(GraspObject):
         return self.size * np.abs(self.loaded.bounds).max(axis=0)
 
     @property
+    def inertia(self) -> Array:
+        """Inertia about the centre of mass, of uniform density [kg m²], of shape (3, 3)."""
+        return readonly(self.mass * self.size**2 * self.loaded.gyration)
+
+    @property
     def mesh(self) -> trimesh.Trimesh:
         """Triangle mesh in O [m], as read."""
         mesh = self.loaded.mesh
@@ -156,7 +163,7 @@ class MeshObject(GraspObject):
     @classmethod
     def text_keys(cls) -> tuple[str, ...]:
         """Return the keys of the text form: the arguments of :meth:`load`."""
-        return ("path", "scale", "mass", "density", "resolution", "repair", "size")
+        return ("path", "scale", "mass", "density", "resolution", "repair", "shell", "size")
 
     @classmethod
     def of_values(cls, values: dict[str, Any]) -> MeshObject:
@@ -171,4 +178,6 @@ class MeshObject(GraspObject):
             parts.append(f"resolution={exact_text(self.loaded.resolution)}")
         if self.size != 1.0:
             parts.append(f"size={exact_text(self.size)}")
+        if self.loaded.shell:
+            parts.append(f"shell={exact_text(self.loaded.shell)}")
         return ",".join([*parts, "repair=1"] if self.loaded.repair else parts)

@@ -22,6 +22,7 @@ from .base import SIZES
 from .distance_grid import DistanceGrid
 from .grid_cache import cached_distance_grid
 from .mesh_file import MeshWarning, read_solid
+from .moments import solid_moments
 
 if TYPE_CHECKING:
     import trimesh
@@ -32,6 +33,8 @@ COARSEST, FINEST = 1e-3, 0.3e-3
 """… but no coarser and no finer than this [m] …"""
 TOLERANCE = 0.3e-3
 """… and finer where the measured error is larger than this [m]."""
+MAX_SHELL = 0.1
+"""Largest thickness of a wall [m]."""
 SMALL, LARGE = 0.01, 1.0
 """Longest side of what a hand grasps [m]; outside, the unit is likely wrong."""
 UNITS = {"millimetres": 1e-3, "inches": 0.0254, "centimetres": 1e-2, "metres": 1e3, "micrometres": 1e-6}
@@ -46,23 +49,29 @@ class MeshSolid(Value):
         path: The file, as given.
         scale: Factor from the unit of the file to metres.
         resolution: Spacing of the distance grid as asked for [m]; None if it follows from the size.
-        repair: Whether holes, flipped triangles and overlapping parts were to be mended (1) or refused (0).
+        repair: Whether holes of every size were to be closed (1) or small ones only (0).
+        shell: Thickness that was given to the surface [m]; 0 for none.
         vertices: Vertices [m], of shape (n, 3), read-only.
         faces: Their triangles, of shape (m, 3), read-only.
         file_origin: Origin of the file's frame [m], of shape (3,).
         repairs: What was repaired, one sentence each.
         grid: Its signed distance.
+        volume: Volume [m³].
+        gyration: Inertia about the centre of mass per mass, of uniform density [m²], of shape (3, 3).
     """
 
     path: str
     scale: float
     resolution: float | None
     repair: float
+    shell: float
     vertices: Array
     faces: Indices
     file_origin: Array
     repairs: tuple[str, ...]
     grid: DistanceGrid
+    volume: float
+    gyration: Array
 
     def _content(self) -> dict[str, Any]:
         """Return what it was loaded from and a hash of its triangles; its grid follows from these."""
@@ -90,26 +99,22 @@ class MeshSolid(Value):
         """Longest side of the bounding box [m]."""
         return float((self.bounds[1] - self.bounds[0]).max())
 
-    @cached_property
-    def volume(self) -> float:
-        """Volume [m³]."""
-        return float(self.mesh.volume)
-
 
 def load_mesh_solid(
-    path: str | Path, *, scale: float = 1.0, resolution: float | None = None, repair: float = 0
+    path: str | Path, *, scale: float = 1.0, resolution: float | None = None, repair: float = 0, shell: float = 0.0
 ) -> MeshSolid:
     """Load a solid from a mesh file; takes seconds the first time, when its distance grid is built.
 
-    Warns with :class:`MeshWarning` of what was repaired, of a size that is none for a hand, and of a distance that
-    is not as exact as wanted.
+    Warns with :class:`MeshWarning` of what was done to its triangles, of a size that is none for a hand, and of a
+    distance that is not as exact as wanted.
 
     Args:
         path: STL, OBJ, PLY, GLB or DAE file.
         scale: Factor from the unit of the file to metres.
         resolution: Spacing of the distance grid [m]; None for a hundredth of the longest side, 0.3 to 1 mm, and
             finer if the distance is not exact to 0.3 mm.
-        repair: Whether to mend holes, flipped triangles and overlapping parts (1) or refuse them (0).
+        repair: Whether to close holes of every size (1) or small ones only (0).
+        shell: Thickness that the surface is given [m], half on each side; 0 for none.
 
     Returns:
         The solid.
@@ -122,12 +127,13 @@ def load_mesh_solid(
     positive("object mesh.scale", scale)
     if repair not in (0, 1):
         raise InvalidValueError("object mesh.repair", repair, "0 or 1")
-    solid = read_solid(_checked_path(text), repair=bool(repair))
+    shell = positive("object mesh.shell", shell, zero_allowed=True, unit="m", at_most=MAX_SHELL)
+    solid = read_solid(_checked_path(text), repair=bool(repair), shell=shell / scale)
     mesh = solid.mesh
     mesh.apply_scale(scale)
     if not SIZES[0] <= (extent := float(mesh.extents.max())) <= SIZES[1]:
         raise FileFormatError(text, f"is {extent:.3g} m long with this scale, allowed: {SIZES[0]:g} to {SIZES[1]:g} m")
-    centre = readonly(mesh.center_mass)
+    volume, centre, gyration = solid_moments(mesh, overlapping=solid.overlapping)
     mesh.apply_translation(-centre)
     _warn(text, solid.repairs, float(mesh.extents.max()), scale)
     return MeshSolid(
@@ -135,11 +141,14 @@ def load_mesh_solid(
         scale=float(scale),
         resolution=resolution,
         repair=repair,
+        shell=shell,
         vertices=np.array(mesh.vertices, dtype=float),
         faces=np.array(mesh.faces, dtype=np.int64),
         file_origin=readonly(-centre),
         repairs=solid.repairs,
         grid=_distance_grid(text, mesh, resolution),
+        volume=volume,
+        gyration=gyration,
     )
 
 

@@ -44,7 +44,8 @@ def winding_number(mesh: trimesh.Trimesh, points: Array) -> Array:
     import igl
 
     vertices, faces = _arrays(mesh)
-    return np.asarray(igl.fast_winding_number(vertices, faces, np.ascontiguousarray(points)))
+    middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2  # single precision inside: far from 0 it fails
+    return np.asarray(igl.fast_winding_number(vertices - middle, faces, np.ascontiguousarray(points - middle)))
 
 
 def exact_distance(mesh: trimesh.Trimesh, points: Array) -> Array:
@@ -120,7 +121,7 @@ def _signed(mesh: trimesh.Trimesh, points: Array) -> tuple[Array, Indices, Array
 
     vertices, faces = _arrays(mesh)
     square, nearest, closest = igl.point_mesh_squared_distance(points, vertices, faces)
-    inside = np.asarray(igl.fast_winding_number(vertices, faces, points)) > 0.5
+    inside = winding_number(mesh, points) > 0.5
     return np.where(inside, -1.0, 1.0) * np.sqrt(square), np.asarray(nearest), np.asarray(closest)
 
 
