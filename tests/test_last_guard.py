@@ -13,6 +13,10 @@ from grasp_planner.cli.main import COMMANDS, main
 from grasp_planner.exceptions import InvalidValueError, NameNotFoundError, cut, shown
 
 
+class Panic(BaseException):
+    """What PyO3 makes of a panic in a Rust library: no Exception."""
+
+
 @pytest.fixture
 def raising(monkeypatch, tmp_path):
     """Return what makes the command ``plan`` raise an error, and where reports go."""
@@ -41,6 +45,7 @@ def raising(monkeypatch, tmp_path):
         UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte"),
         OSError(28, "No space left on device"),
         KeyError("a\nb"),
+        Panic("assertion failed"),
     ],
 )
 def test_anything_raised_is_one_line_and_a_report(raising, tmp_path, error):

@@ -19,7 +19,7 @@ HERE = "tests.test_processes"
 
 def worker_maker(kind):
     """Return what answers jobs; runs in the worker process."""
-    return {"add": add, "listen": listen, "sleep": sleep}[kind]
+    return {"add": add, "listen": listen, "sleep": sleep, "grow": grow}[kind]
 
 
 def add(content, context):
@@ -45,6 +45,12 @@ def listen(content, context):
 def sleep(content, context):
     """Never answer."""
     time.sleep(content)
+
+
+def grow(content, context):
+    """Take as much memory as asked for [MB], then wait to be stopped, unless that was none."""
+    kept = [b"1" * 1_000_000 for _ in range(content)]
+    time.sleep(60.0 if kept else 0.0)
 
 
 class Number:
@@ -91,6 +97,13 @@ def test_a_job_beyond_its_limit_is_stopped():
     ((outcome,),) = [some for some in work_off([Job(0, 60.0, time_limit_s=0.3)], pool) if some]
     assert outcome.kind == "timeout"
     assert "limit of 0.3 s" in outcome.detail
+
+
+def test_a_job_beyond_its_memory_is_stopped_and_the_next_one_answered():
+    jobs = [Job(0, 1000, 60.0, memory_limit_mb=300.0), Job(1, 0, memory_limit_mb=1000.0)]
+    found = [outcome for some in work_off(jobs, LocalPool(1, function("grow"))) for outcome in some]
+    assert [outcome.kind for outcome in found] == ["memory", "done"]
+    assert "limit of 300 MB" in found[0].detail
 
 
 def test_a_job_reports_and_listens():

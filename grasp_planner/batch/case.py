@@ -32,6 +32,10 @@ DEFAULT_TIME_LIMIT_S = 120.0
 
 MAX_SEED = 2**63 - 1
 """Largest seed: what a column of whole numbers holds."""
+DEFAULT_MEMORY_LIMIT_MB = 4000.0
+"""Memory of its worker above which a case is stopped, unless it says otherwise [MB]."""
+MAX_MEMORY_LIMIT_MB = 1e7
+"""Largest memory limit of a case [MB]."""
 MAX_TIME_LIMIT_S = 30 * 86400.0
 """Longest wall time of a case [s]."""
 SEARCH_SETTINGS = {each.key: each for each in settings_of(PlannerOptions) if each.name != "time_limit_s"}
@@ -57,6 +61,7 @@ class GraspCase(BaseModel):
         paper: Whether settings start from the paper's plain problem, without clearances and load cases.
         seed: Seed of the random starts.
         time_limit_s: Wall time after which the case is stopped [s].
+        memory_limit_mb: Memory of its worker above which the case is stopped [MB].
         settings: Fields of ``GraspParameters``, ``PlannerOptions`` and ``GraspProblem`` that differ from their
             defaults, by name, in the units given there.
     """
@@ -70,6 +75,9 @@ class GraspCase(BaseModel):
     paper: bool = ModelField(default=False, strict=True)
     seed: int = ModelField(default=0, ge=0, le=MAX_SEED, strict=True)
     time_limit_s: float = ModelField(default=DEFAULT_TIME_LIMIT_S, gt=0.0, le=MAX_TIME_LIMIT_S, allow_inf_nan=False)
+    memory_limit_mb: float = ModelField(
+        default=DEFAULT_MEMORY_LIMIT_MB, gt=0.0, le=MAX_MEMORY_LIMIT_MB, allow_inf_nan=False
+    )
     settings: dict[str, Any] = ModelField(default_factory=dict)
 
     @field_validator("task", mode="before")
@@ -89,8 +97,10 @@ class GraspCase(BaseModel):
 
     @cached_property
     def case_id(self) -> str:
-        """Sixteen hexadecimal digits that depend on everything but the time limit."""
-        return hashlib.sha256(self.model_dump_json(exclude={"time_limit_s"}).encode()).hexdigest()[:16]
+        """Sixteen hexadecimal digits that depend on everything but the limits of time and memory."""
+        return hashlib.sha256(self.model_dump_json(exclude={"time_limit_s", "memory_limit_mb"}).encode()).hexdigest()[
+            :16
+        ]
 
     def options(self) -> PlannerOptions:
         """Return the options of the planner.

@@ -7,13 +7,16 @@ given to another one by Dask itself.
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
 import time
 import uuid
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
 from typing import Any
 
+from ..files.quiet import quiet
 from ..processes import Job, JobFunction, JobOutcome, LocalPool
 from ..processes.worker_process import START_LIMIT_S
 from .errors import BatchDependencyError, SchedulerError
@@ -27,6 +30,8 @@ CONNECT_LIMIT_S = 15.0
 """Time for the scheduler to answer [s]."""
 CASES_PER_THREAD = 2
 """Cases sent ahead for every thread of the cluster, so that none waits for the network."""
+LOST = (OSError, TimeoutError, RuntimeError, CancelledError)
+"""What Dask raises, of many kinds, when its scheduler is gone."""
 REFRESH_S = 2.0
 """How often the number of threads is looked up [s]."""
 
@@ -103,11 +108,14 @@ class DaskPool:
 
     def __init__(self, address: str, function: JobFunction, spec_hash: str) -> None:
         self.address = address
+        self._quiet = contextlib.ExitStack()
+        self._quiet.enter_context(quiet("distributed", "tornado", "asyncio"))
         try:
             self._client = distributed.Client(address, timeout=CONNECT_LIMIT_S, set_as_default=False)
             self._plugin = JobSlots(function, spec_hash)
             self._client.register_plugin(self._plugin)
         except (OSError, ValueError, TimeoutError) as error:
+            self._quiet.close()
             raise SchedulerError(f"no Dask scheduler answers at {address}: {error}") from None
         self._ended: queue.SimpleQueue[tuple[Job, distributed.Future]] = queue.SimpleQueue()
         self._flying: dict[tuple[int, int], distributed.Future] = {}
@@ -116,18 +124,15 @@ class DaskPool:
     def free_slots(self) -> int:
         """Return how many more cases it takes now; none while there are no workers."""
         if time.monotonic() - self._looked > REFRESH_S:
-            self._threads, self._looked = sum(self._client.nthreads().values()), time.monotonic()
+            with self._lost_is_one_error():
+                self._threads, self._looked = sum(self._client.nthreads().values()), time.monotonic()
         return max(0, CASES_PER_THREAD * self._threads - len(self._flying))
 
     def submit(self, job: Job) -> None:
         """Send a case."""
-        future = self._client.submit(
-            _run_job,
-            self._plugin.name,
-            job,
-            key=f"grasp-{self._plugin.spec_hash}-{job.number}-{job.attempt}-{uuid.uuid4().hex[:8]}",
-            pure=False,
-        )
+        key = f"grasp-{self._plugin.spec_hash}-{job.number}-{job.attempt}-{uuid.uuid4().hex[:8]}"
+        with self._lost_is_one_error():
+            future = self._client.submit(_run_job, self._plugin.name, job, key=key, pure=False)
         self._flying[job.number, job.attempt] = future
         future.add_done_callback(lambda done: self._ended.put((job, done)))
 
@@ -145,26 +150,43 @@ class DaskPool:
         except queue.Empty:
             pass
         if not outcomes and self._client.status not in ("running", "connecting"):
-            raise SchedulerError(f"the Dask scheduler at {self.address} was lost; run again to go on")
+            raise self._lost()
         return outcomes
 
     def close(self) -> None:
         """Cancel what is flying and end the worker processes."""
-        if self._client.status == "running":
-            self._client.cancel(list(self._flying.values()), force=True)
-            self._client.unregister_worker_plugin(self._plugin.name)
-        self._flying.clear()
-        self._client.close(timeout=1.0)
+        with self._quiet:
+            with contextlib.suppress(*LOST):
+                if self._client.status == "running":
+                    self._client.cancel(list(self._flying.values()), force=True)
+                    self._client.unregister_worker_plugin(self._plugin.name)
+            self._flying.clear()
+            with contextlib.suppress(*LOST):
+                self._client.close(timeout=1.0)
+
+    def _lost(self) -> SchedulerError:
+        """Return the error of a scheduler that is gone."""
+        return SchedulerError(f"the Dask scheduler at {self.address} was lost; run again to go on")
+
+    @contextlib.contextmanager
+    def _lost_is_one_error(self) -> Iterator[None]:
+        """Turn what Dask raises when its scheduler is gone into one error."""
+        try:
+            yield
+        except LOST:
+            raise self._lost() from None
 
     def _outcome(self, job: Job, future: distributed.Future) -> JobOutcome:
         """Return the outcome of a case."""
         self._flying.pop((job.number, job.attempt), None)
         if future.status == "finished":
-            kind, answer, detail = future.result(timeout=10.0)
+            with self._lost_is_one_error():
+                kind, answer, detail = future.result(timeout=10.0)
             return JobOutcome(job, kind, answer, detail)
         if future.status in ("cancelled", "lost"):
             raise SchedulerError(f"the Dask scheduler at {self.address} dropped case {job.number}; run again to go on")
-        error = future.exception(timeout=10.0)
+        with self._lost_is_one_error():
+            error = future.exception(timeout=10.0)
         if isinstance(error, distributed.KilledWorker):
             return JobOutcome(job, "died", detail=str(error).splitlines()[0])
         raise SchedulerError(f"the Dask workers can't run cases (is grasp_planner installed there?): {error}")

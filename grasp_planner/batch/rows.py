@@ -43,6 +43,7 @@ def columns() -> dict[str, str]:
         "n_synergies": "int64",  # here for its place; it is one of the settings below
         "seed": "int64",
         "time_limit_s": "double",
+        "memory_limit_mb": "double",
         **{name: _SETTING_TYPE[kind] for name, kind in column_types().items()},
         "settings": "string",
         **_METRICS,
@@ -127,6 +128,7 @@ def case_row(row: int, case: GraspCase, spec_hash: str) -> Row:
         task=" + ".join(case.task),
         seed=case.seed,
         time_limit_s=case.time_limit_s,
+        memory_limit_mb=case.memory_limit_mb,
         settings=json.dumps(case.settings, sort_keys=True),
         version=_versions()["grasp_planner"],
         versions=json.dumps(_versions()),
@@ -185,7 +187,7 @@ def add_failure(values: Row, status: str, reason: str, message: str) -> None:
 
     Args:
         values: The row, changed in place.
-        status: ``error``, ``timeout`` or ``crashed``.
+        status: ``error``, ``timeout``, ``memory`` or ``crashed``.
         reason: A short name to count by.
         message: One line that says what happened.
     """

@@ -61,7 +61,8 @@ def run_batch(
 
     def job(row: int) -> Job:
         case = table[row]
-        return Job(row, {"row": row, "case": case.model_dump(mode="json")}, case.time_limit_s)
+        content = {"row": row, "case": case.model_dump(mode="json")}
+        return Job(row, content, case.time_limit_s, memory_limit_mb=case.memory_limit_mb)
 
     def failed(row: int, status: str, reason: str, message: str) -> Row:
         values = case_row(row, table[row], info.spec_hash)

@@ -18,6 +18,7 @@ from ..processes import Job, JobContext, JobFunction
 from ..records.grasp_record import grasp_from_record
 from ..records.layout import GraspRecord
 from ..simulate import Protocol, Simulation, protocol_from, simulate_grasp, simulation_json, simulation_record
+from .case import DEFAULT_MEMORY_LIMIT_MB
 from .progress import BatchProgress
 from .results import find_rows, load_hands_and_records
 from .rows import Row
@@ -132,7 +133,8 @@ def simulate_run(
     folder = run / f"simulation-{protocol.name}" if folder is None else Path(folder)
 
     def job(row: int) -> Job:
-        return Job(row, {"row": row, "case": cases[row].model_dump(mode="json")}, cases[row].time_limit_s)
+        content = {"row": row, "case": cases[row].model_dump(mode="json")}
+        return Job(row, content, cases[row].time_limit_s, memory_limit_mb=DEFAULT_MEMORY_LIMIT_MB)
 
     def failed(row: int, status: str, reason: str, message: str) -> Row:
         return _failed(row, cases[row], status, message if status == "error" else f"{reason}: {message}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from operator import itemgetter
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +21,8 @@ from .yaml_file import Lines, join, read_yaml
 CASE_KEYS = tuple(name for name in GraspCase.model_fields if name != "settings")
 OBJECT_KEY = "object."
 """Prefix of keys that set one size of the object, such as ``object.radius``."""
+MAX_CHECKED_VALUES = 5000
+"""Values of an axis that are checked one by one; of more numbers the least and the largest tell for the others."""
 
 
 class _Part(BaseModel):
@@ -196,10 +199,24 @@ def check_key(spec: BatchSpec, where: str, key: str) -> None:
 
 
 def _check_axis(spec: BatchSpec, where: str, key: str, values: Any) -> None:
-    """Check the values of an axis; of samples and ranges, all that they give."""
-    explicit = not isinstance(values, dict)
-    for index, value in enumerate(axis_values(spec, where, values, np.random.default_rng(0))):
-        check_value(spec, f"{where}[{index}]" if explicit and isinstance(values, list) else where, key, value)
+    """Check the values of an axis, of samples and ranges those that they give; each once."""
+    given = axis_values(spec, where, values, np.random.default_rng(0))
+    distinct = {repr(value): (index, value) for index, value in reversed(list(enumerate(given)))}
+    for index, value in sorted(_telling(list(distinct.values())), key=itemgetter(0)):
+        check_value(spec, f"{where}[{index}]" if isinstance(values, list) else where, key, value)
+
+
+def _telling(entries: list[tuple[int, Any]]) -> list[tuple[int, Any]]:
+    """Return the values that are checked, each with its index: all, or of too many those that tell most."""
+    if len(entries) <= MAX_CHECKED_VALUES:
+        return entries
+    told: list[tuple[int, Any]] = []
+    rest = entries
+    for kind in (int, float):
+        numbers = [entry for entry in rest if type(entry[1]) is kind and entry[1] == entry[1]]
+        rest = [entry for entry in rest if type(entry[1]) is not kind or entry[1] != entry[1]]
+        told += [end(numbers, key=itemgetter(1)) for end in (min, max) if numbers]
+    return told + rest[:MAX_CHECKED_VALUES]
 
 
 def axis_values(spec: BatchSpec, where: str, values: Any, rng: np.random.Generator) -> list[Any]:

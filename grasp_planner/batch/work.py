@@ -49,8 +49,8 @@ class RowWork:
         info: What the run is.
         function: What answers the jobs, each with its row.
         job: Job of a row, by number.
-        failed: Row of a job that gave no answer, from its number, status (``error``, ``timeout``, ``crashed``), a
-            short reason and what happened in words.
+        failed: Row of a job that gave no answer, from its number, status (``error``, ``timeout``, ``memory``,
+            ``crashed``), a short reason and what happened in words.
     """
 
     info: RunInfo
@@ -141,6 +141,8 @@ def _row(work: RowWork, outcome: JobOutcome) -> Row:
         values = work.failed(job.number, "error", "error", outcome.detail)
     elif outcome.kind == "timeout":
         values = work.failed(job.number, "timeout", "time limit", outcome.detail)
+    elif outcome.kind == "memory":
+        values = work.failed(job.number, "memory", "memory limit", outcome.detail)
     else:
         detail = f"its worker died {job.attempt} times ({outcome.detail})"
         values = work.failed(job.number, "crashed", "worker died", detail)

@@ -28,7 +28,7 @@ def reports_folder() -> Path:
     return Path(platformdirs.user_cache_dir("grasp_planner", appauthor=False)) / "reports"
 
 
-def say_unforeseen(error: Exception, command: str) -> None:
+def say_unforeseen(error: BaseException, command: str) -> None:
     """Print what went wrong while a command ran, in one line, and write a report to send.
 
     Args:
@@ -49,7 +49,7 @@ def say_unforeseen(error: Exception, command: str) -> None:
     say("error", f"{command} failed unexpectedly{place} ({what})")
 
 
-def _report(error: Exception) -> str:
+def _report(error: BaseException) -> str:
     """Return versions, command line and traceback."""
     lines = [
         f"grasp_planner {__version__}, Python {platform.python_version()}, {platform.platform()}",

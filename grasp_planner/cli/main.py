@@ -108,9 +108,9 @@ class _Commands(click.Group):
         except click.ClickException as error:
             vars(error)["message"] = cut(error.message, MAX_MESSAGE)
             raise
-        except click.exceptions.Exit:
+        except (click.exceptions.Exit, KeyboardInterrupt, SystemExit):
             raise
-        except Exception as error:  # the last guard: whatever comes here is one line
+        except BaseException as error:  # the last guard: whatever comes here is one line, a panic of Rust code too
             if ctx.params.get("debug"):
                 traceback.print_exc()
             if isinstance(error, GraspPlannerError):

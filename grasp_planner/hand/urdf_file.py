@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
-import logging
 import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..exceptions import FileFormatError
+from ..files.quiet import quiet
 from ..files.text import read_text_file, refuse_entities
 from .urdf_checks import finite_or_nan, joint_defects, joint_range, mesh_defects, parse_robot, tree_defects
 from .urdf_meshes import place_meshes, visuals_for_collision
@@ -231,16 +231,13 @@ def second_opinion(path: Path) -> None:
     """
     import yourdfpy  # a second to import, and only a check needs it
 
-    logger = logging.getLogger("yourdfpy")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+    options = {"build_scene_graph": False, "load_meshes": False, "build_collision_scene_graph": False}
     try:
-        yourdfpy.URDF.load(str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False)
+        with quiet("yourdfpy"):
+            yourdfpy.URDF.load(str(path), **options)
     except Exception as error:
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise FileFormatError(path, f"is not a valid URDF: {reason}") from None
-    finally:
-        logger.setLevel(level)
 
 
 def _mimics(path: Path, robot: ET.Element) -> dict[str, MimicJoint]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..exceptions import FileFormatError
+from ..files.quiet import quiet
 from ..files.reading import read_bounded
 from ..files.text import refuse_entities
 from .holes import thickened
@@ -73,7 +74,7 @@ def _read(path: Path) -> trimesh.Trimesh:
         except UnicodeDecodeError:
             raise FileFormatError(path, "is not UTF-8 text") from None
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), quiet("trimesh"):
             warnings.simplefilter("ignore")
             options = {"skip_materials": True} if suffix == ".obj" else {}
             mesh = trimesh.load_mesh(io.BytesIO(data), file_type=suffix[1:], process=False, **options)

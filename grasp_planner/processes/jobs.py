@@ -33,12 +33,14 @@ class Job:
         content: What to do, as values that can be pickled.
         time_limit_s: Wall time after which its worker is killed [s]; None for no limit.
         attempt: How often it was started, counting this time.
+        memory_limit_mb: Resident memory of its worker above which that is killed [MB]; None for no limit.
     """
 
     number: int
     content: Any
     time_limit_s: float | None = None
     attempt: int = 1
+    memory_limit_mb: float | None = None
 
 
 @dataclass(frozen=True)
@@ -63,14 +65,14 @@ class JobOutcome:
 
     Attributes:
         job: The job.
-        kind: ``done`` with an answer; ``failed`` if it raised; ``timeout`` if it was stopped at its limit; ``died``
-            if its worker ended.
+        kind: ``done`` with an answer; ``failed`` if it raised; ``timeout`` or ``memory`` if it was stopped at a limit;
+            ``died`` if its worker ended.
         answer: The answer, if done.
         detail: How it ended otherwise, in words.
     """
 
     job: Job
-    kind: Literal["done", "failed", "timeout", "died"]
+    kind: Literal["done", "failed", "timeout", "memory", "died"]
     answer: Any = None
     detail: str = ""
 

@@ -11,6 +11,8 @@ from .errors import WorkerStartError
 from .jobs import Job, JobFunction, JobOutcome
 from .worker_process import WorkerProcess
 
+MEMORY_TICK_S = 0.1
+"""How often the memory of workers is looked at [s]; a job can go beyond its limit by what it takes in this time."""
 MAX_FAILED_STARTS = 6
 """Workers that may end before they are ready, one after the other, until the pool gives up."""
 
@@ -82,12 +84,17 @@ class LocalPool:
         outcomes, self._lost = self._lost, []
         until = time.monotonic() + timeout
         while not outcomes:
-            left = min([until - time.monotonic(), *(w.seconds_left() for w in self._workers if not w.free)])
+            busy = [worker for worker in self._workers if not worker.free]
+            left = min([until - time.monotonic(), *(worker.seconds_left() for worker in busy)])
+            limited = [worker for worker in busy if worker.job and worker.job.memory_limit_mb is not None]
+            left = min(left, MEMORY_TICK_S) if limited else left
             ready = wait([worker.connection for worker in self._workers], max(0.0, left))
             for worker in [worker for worker in self._workers if worker.connection in ready]:
                 outcomes += self._receive(worker)
             for worker in [worker for worker in self._workers if worker.overdue()]:
                 outcomes += self._stop_overdue(worker)
+            for worker in limited:
+                outcomes += self._stop_too_large(worker)
             if time.monotonic() >= until or self.free_slots():
                 break
         return outcomes
@@ -134,6 +141,18 @@ class LocalPool:
             return self._dead(worker)
         self._replace(worker)
         return [JobOutcome(job, "timeout", detail=f"stopped at its limit of {job.time_limit_s:g} s")]
+
+    def _stop_too_large(self, worker: WorkerProcess) -> list[JobOutcome]:
+        """Kill a worker that holds more memory than its job may; nothing if it does not."""
+        job = worker.job
+        if job is None or job.memory_limit_mb is None or worker not in self._workers:
+            return []
+        used = worker.memory_mb()
+        if used <= job.memory_limit_mb:
+            return []
+        self._replace(worker)
+        detail = f"stopped at its limit of {job.memory_limit_mb:g} MB (its worker held {used:.0f} MB)"
+        return [JobOutcome(job, "memory", detail=detail)]
 
     def _replace(self, worker: WorkerProcess, grace_s: float = 0.0) -> str:
         """Kill a worker, start another in its place, and return how the first one ended."""

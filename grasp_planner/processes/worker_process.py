@@ -70,6 +70,15 @@ class WorkerProcess:
         """Return whether its job, or its start, takes longer than allowed."""
         return (self.job is not None or not self.ready) and time.monotonic() > self._deadline
 
+    def memory_mb(self) -> float:
+        """Return the memory it holds now [MB]; 0 if it has ended."""
+        import psutil  # only batches ask
+
+        try:
+            return float(psutil.Process(self.pid).memory_info().rss) / 1e6
+        except psutil.Error:
+            return 0.0
+
     def seconds_left(self) -> float:
         """Return the time until it is overdue [s]."""
         return max(0.0, self._deadline - time.monotonic())

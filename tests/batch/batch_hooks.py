@@ -33,24 +33,21 @@ def hangs(problem: GraspProblem, *, seed: int, options: PlannerOptions) -> Grasp
     return quick(problem, seed=seed, options=options)
 
 
-def dies(problem: GraspProblem, *, seed: int, options: PlannerOptions) -> Grasp:
-    """End the process on one seed, always."""
-    if seed == BAD_SEED:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return quick(problem, seed=seed, options=options)
-
-
-def dies_once(problem: GraspProblem, *, seed: int, options: PlannerOptions) -> Grasp:
-    """End the process on one seed, the first time."""
+def ends_in_any_way(problem: GraspProblem, *, seed: int, options: PlannerOptions) -> Grasp:
+    """End as the seed says: die, die the first time only, hang, take all memory, raise, or answer."""
     marker = Path(os.environ["BATCH_TEST_MARKER"])
-    if seed == BAD_SEED and not marker.exists():
+    first = seed == 2 and not marker.exists()
+    if first:
         marker.touch()
-        os._exit(9)
-    return quick(problem, seed=seed, options=options)
-
-
-def fails(problem: GraspProblem, *, seed: int, options: PlannerOptions) -> Grasp:
-    """Raise on one seed."""
+    if seed == 1 or first:
+        os.kill(os.getpid(), signal.SIGKILL)
     if seed == BAD_SEED:
+        return hangs(problem, seed=seed, options=options)
+    if seed == 4:
+        kept = []
+        while len(kept) < 50:  # never more than 2.5 GB, should nobody stop it
+            kept.append(b"1" * 50_000_000)
+            time.sleep(0.05)
+    if seed == 5:
         raise RuntimeError("on purpose")
     return quick(problem, seed=seed, options=options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from grasp_planner.batch import GraspCase
+from grasp_planner.batch import BatchSpec, GraspCase, load_table, parse_spec, run_batch
 
 ROOT = Path(__file__).parents[2]
 MAIN = """
@@ -18,6 +19,22 @@ import click
 from grasp_planner.cli.batch import batch_command, export_command, report_command
 click.Group(commands=[batch_command, report_command, export_command])()
 """
+
+
+@pytest.fixture(scope="session")
+def real_spec() -> BatchSpec:
+    """Return cases that are planned in earnest."""
+    axes = {"object.radius": [0.025, 0.035], "task": ["force:+x", "force:+y"], "n_synergies": [15]}
+    return parse_spec({"defaults": {"paper": True, "starts": 2, "enough": 1}, "blocks": [{"product": axes}]})
+
+
+@pytest.fixture(scope="session")
+def real_run(real_spec: BatchSpec, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of their run on two workers."""
+    folder = tmp_path_factory.mktemp("real")
+    summary = run_batch(real_spec, folder, workers=2)
+    assert (summary.done, summary.total, summary.interrupted) == (4, 4, False)
+    return folder
 
 
 @pytest.fixture(autouse=True)
@@ -44,6 +61,32 @@ def run(command: Callable[..., list[str]]) -> Callable[..., subprocess.Completed
 def cases() -> Callable[[int], Sequence[GraspCase]]:
     """Return a number of cases that differ in their seeds."""
     return lambda count: [GraspCase(object="cylinder:radius=0.03", seed=seed) for seed in range(count)]
+
+
+@pytest.fixture
+def ends() -> tuple[list[GraspCase], Callable[[Path], None]]:
+    """Return cases for ``batch_hooks:ends_in_any_way``, and what checks the rows in their folder."""
+    limits = {3: {"time_limit_s": 3.0}, 4: {"memory_limit_mb": 500.0}}
+    expected = [
+        ("infeasible", 1, ""),
+        ("crashed", 2, "worker died.*its worker died 2 times .signal 9"),
+        ("infeasible", 2, ""),
+        ("timeout", 1, "time limit.*stopped at its limit of 3 s"),
+        ("memory", 1, r"memory limit.*stopped at its limit of 500 MB .its worker held \d+ MB"),
+        ("error", 1, "RuntimeError.*on purpose"),
+        ("infeasible", 1, ""),
+    ]
+
+    def check(folder: Path) -> None:
+        rows = load_table(folder).to_pylist()
+        assert [(row["status"], row["attempts"]) for row in rows] == [(status, count) for status, count, _ in expected]
+        for row, (_, _, words) in zip(rows, expected, strict=True):
+            assert re.search(words, f"{row['reason']}: {row['message']}")
+
+    some = [
+        GraspCase(object="cylinder:radius=0.03", seed=seed, **limits.get(seed, {})) for seed in range(len(expected))
+    ]
+    return some, check
 
 
 @pytest.fixture

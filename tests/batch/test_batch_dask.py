@@ -10,13 +10,8 @@ import time
 
 import pytest
 
-from grasp_planner.batch import GraspCase, SchedulerError, load_table, parse_spec, run_batch
+from grasp_planner.batch import SchedulerError, load_table, run_batch
 from grasp_planner.batch.rows import RUN_COLUMNS
-
-REAL = {
-    "defaults": {"paper": True, "starts": 2, "enough": 1},
-    "blocks": [{"product": {"object.radius": [0.025, 0.035], "n_synergies": [3, 15]}}],
-}
 
 
 class Cluster:
@@ -26,10 +21,14 @@ class Cluster:
         self.file = folder / "scheduler.json"
         self.log = (folder / "cluster.log").open("wb")
         self.processes = []
-        self.scheduler = self._start(
-            "dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show"
-        )
         self.workers = []
+        self.start_scheduler("0")
+
+    def start_scheduler(self, port):
+        """Start a scheduler and wait for its address."""
+        self.file.unlink(missing_ok=True)
+        words = ("--host", "127.0.0.1", "--port", port, "--no-dashboard", "--no-show")
+        self.scheduler = self._start("dask_scheduler", *words)
         try:
             self.address = self._announced_address(limit_s=60.0)
         except BaseException:
@@ -77,13 +76,15 @@ def cluster(tmp_path):
 
 
 @pytest.mark.slow
-def test_same_rows_as_on_this_machine_with_one_worker_killed(cluster, tmp_path, cases):
+def test_same_rows_as_on_this_machine_with_one_worker_killed(
+    cluster, tmp_path, cases, ends, real_spec, real_run, monkeypatch
+):
+    monkeypatch.setenv("BATCH_TEST_MARKER", str(tmp_path / "marker"))
     cluster.add_worker("--no-nanny")
     cluster.add_worker()
     assert cluster.address.startswith("tcp://")
-    run_batch(parse_spec(REAL), tmp_path / "far", scheduler=cluster.address)
-    run_batch(parse_spec(REAL), tmp_path / "near", workers=1)
-    far, near = (load_table(tmp_path / name).drop_columns(list(RUN_COLUMNS)) for name in ("far", "near"))
+    run_batch(real_spec, tmp_path / "far", scheduler=cluster.address)
+    far, near = (load_table(folder).drop_columns(list(RUN_COLUMNS)) for folder in (tmp_path / "far", real_run))
     assert far.equals(near)
 
     some, killed = cases(60), []
@@ -100,28 +101,35 @@ def test_same_rows_as_on_this_machine_with_one_worker_killed(cluster, tmp_path, 
     assert table["row"].to_pylist() == list(range(60))
     assert set(table["status"].to_pylist()) == {"infeasible"}
 
-    limited = [GraspCase(seed=seed, time_limit_s=3.0) for seed in range(5)]
-    run_batch(limited, tmp_path / "hang", scheduler=cluster.address, planner="batch_hooks:hangs")
-    run_batch(cases(5), tmp_path / "die", scheduler=cluster.address, planner="batch_hooks:dies")
-    for name, status in (("hang", "timeout"), ("die", "crashed")):
-        found = load_table(tmp_path / name)["status"].to_pylist()
-        assert found[3] == status and found.count("infeasible") == 4
+    some, check = ends
+    run_batch(some, tmp_path / "ends", scheduler=cluster.address, planner="batch_hooks:ends_in_any_way")
+    check(tmp_path / "ends")
 
 
 @pytest.mark.slow
-def test_a_lost_scheduler_is_one_error_and_a_rerun_goes_on(cluster, tmp_path, cases):
+def test_a_scheduler_killed_and_started_again(cluster, tmp_path, command, run, write_spec, monkeypatch):
+    monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", "2s")
     cluster.add_worker("--no-nanny")
-    some, planner = cases(40), "batch_hooks:slow"
+    spec, folder = write_spec("blocks: [{product: {seed: {from: 0, to: 39}}}]"), tmp_path / "run"
+    words = ["batch", spec, "--out", folder, "--scheduler", cluster.address, "--planner", "batch_hooks:slow"]
+    process = subprocess.Popen(command(*words), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    until = time.monotonic() + 100.0
+    while not (list(folder.glob("journal-*")) and len(load_table(folder, ["row"])) >= 3):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    cluster.kill(cluster.scheduler)
+    _, errors = process.communicate(timeout=100)
+    finished = len(load_table(folder, ["row"]))
+    assert process.returncode == 2 and 3 <= finished < 40
+    assert "Traceback" not in errors
+    (line,) = [line for line in errors.splitlines() if " · " not in line]  # progress
+    assert line.startswith("grasp-planner: error: the Dask") and line.endswith("run again to go on")
 
-    def kill_scheduler(state):
-        if state.done >= 5:
-            cluster.kill(cluster.scheduler)
-
-    with pytest.raises(SchedulerError, match="run again to go on"):
-        run_batch(some, tmp_path / "run", scheduler=cluster.address, planner=planner, on_progress=kill_scheduler)
-    assert 5 <= len(load_table(tmp_path / "run")) < 40
-    run_batch(some, tmp_path / "run", workers=2, planner=planner)
-    assert load_table(tmp_path / "run")["row"].to_pylist() == list(range(40))
+    cluster.start_scheduler(cluster.address.rpartition(":")[2])
+    cluster.add_worker("--no-nanny")
+    again = run(*words)
+    assert again.returncode == 0 and f"({40 - finished} now" in again.stdout, again.stderr
+    assert load_table(folder)["row"].to_pylist() == list(range(40))
 
 
 def test_no_scheduler_at_the_address(tmp_path, cases, monkeypatch):
