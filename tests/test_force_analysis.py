@@ -141,9 +141,9 @@ def test_measures_are_those_of_syngrasp() -> None:
     found = {
         "minSVG": analysis.smallest_singular_value(GRASP)[0],
         "graspIsotropyIndex": analysis.isotropy(GRASP)[0],
-        "distSingularConfiguration": analysis.distance_to_singularity(GRASP, JACOBIAN),
-        "manipEllipsoidVolume": analysis.manipulability(GRASP, JACOBIAN),
-        "unifTransf": analysis.uniformity(GRASP, JACOBIAN),
+        "distSingularConfiguration": analysis.distance_to_singularity(GRASP, JACOBIAN)[0],
+        "manipEllipsoidVolume": analysis.manipulability(GRASP, JACOBIAN)[0],
+        "unifTransf": analysis.uniformity(GRASP, JACOBIAN)[0],
     }
     for name, value in found.items():
         assert value == pytest.approx(known[name], rel=1e-9), name
@@ -161,7 +161,19 @@ MEASURES = {
         np.array([0.1, 0.9, 2.0, -0.5]),
     ),
     "posture": (lambda q: analysis.posture_deviation(q, np.ones(4)), np.array([0.1, 0.9, 2.0, -0.5])),
+    "triangle": (analysis.grasp_polygon_area, np.random.default_rng(5).normal(size=(3, 3))),
+    "area": (analysis.grasp_polygon_area, np.random.default_rng(6).normal(size=(6, 3))),
+    "shape of a triangle": (analysis.polygon_shape, np.random.default_rng(5).normal(size=(3, 3))),
+    "shape": (analysis.polygon_shape, np.random.default_rng(6).normal(size=(6, 3))),
+    "hull": (analysis.hull_volume, np.random.default_rng(7).normal(size=(11, 6))),
 }
+for _name, _measure in (
+    ("distance", analysis.distance_to_singularity),
+    ("manipulability", analysis.manipulability),
+    ("uniformity", analysis.uniformity),
+):
+    MEASURES[_name + " by G"] = (lambda g, of=_measure: of(g, JACOBIAN)[:2], GRASP)
+    MEASURES[_name + " by J"] = (lambda j, of=_measure: of(GRASP, j)[::2], JACOBIAN)
 
 
 @pytest.mark.parametrize("name", MEASURES)
@@ -173,9 +185,9 @@ def test_gradients_of_the_measures(name: str) -> None:
 
 def test_polygons_known_by_hand() -> None:
     square = np.array([[0.0, 0, 1], [0, 2, 1], [2, 2, 1], [2, 0, 1]])
-    assert analysis.grasp_polygon_area(square) == pytest.approx(4.0)
-    assert analysis.polygon_shape(square) == pytest.approx(0.0, abs=1e-7)
-    assert analysis.polygon_shape(square * [3.0, 1.0, 1.0] + [[0.5, 0, 0], [0] * 3, [0] * 3, [0] * 3]) > 0.05
+    assert analysis.grasp_polygon_area(square)[0] == pytest.approx(4.0)
+    assert analysis.polygon_shape(square)[0] == pytest.approx(0.0, abs=1e-7)
+    assert analysis.polygon_shape(square * [3.0, 1.0, 1.0] + [[0.5, 0, 0], [0] * 3, [0] * 3, [0] * 3])[0] > 0.05
 
 
 def test_robustness_is_the_best_of_all_states_found_another_way(springs: model.CompliantGrasp) -> None:

@@ -52,6 +52,7 @@ from .why_not import explain_infeasibility as explain_infeasibility
 from .why_not import least_violated_point as least_violated_point
 from .wrench_edges import edge_wrenches as edge_wrenches
 from .wrench_edges import faceted_epsilon as faceted_epsilon
+from .wrench_edges import hull_volume as hull_volume
 from .wrench_edges import min_weight as min_weight
 from .wrench_edges import wrench_volume as wrench_volume
 from .wrench_space import Epsilon as Epsilon

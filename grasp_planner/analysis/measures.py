@@ -213,12 +213,12 @@ def _hand(contacts: ContactSet, springs: CompliantGrasp) -> list[Measure]:
         Measure(
             group,
             "σ_min(H)",
-            quality.distance_to_singularity(springs.grasp, springs.jacobian),
+            quality.distance_to_singularity(springs.grasp, springs.jacobian)[0],
             "",
             "distance of hand and object from a singular posture",
         ),
         Measure(
-            group, "manipulability", quality.manipulability(springs.grasp, springs.jacobian), "", "product of σ(H)"
+            group, "manipulability", quality.manipulability(springs.grasp, springs.jacobian)[0], "", "product of σ(H)"
         ),
     ]
     moving = kinematic_manipulability(springs, length).ratios
@@ -257,7 +257,7 @@ def _shape(contacts: ContactSet) -> list[Measure]:
     off = quality.centroid_distance(points, contacts.centre)[0]
     found = [Measure(group, "centroid off the centre", 1e3 * off, "mm", "less load turns the object if small")]
     if len(points) >= 3:
-        area, uneven = 1e4 * quality.grasp_polygon_area(points), quality.polygon_shape(points)
+        area, uneven = 1e4 * quality.grasp_polygon_area(points)[0], quality.polygon_shape(points)[0]
         found += [
             Measure(group, "area of the polygon", area, "cm²", "of the contacts in their plane"),
             Measure(group, "unevenness of the polygon", uneven, "", "0: regular"),

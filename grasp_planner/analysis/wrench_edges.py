@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
@@ -30,10 +32,31 @@ def faceted_epsilon(space: WrenchSpace, edges: int = 8) -> float:
 
 def wrench_volume(space: WrenchSpace, edges: int = 8) -> float:
     """Return the volume of the pyramids' wrench space; [Miller1999]. Grows to the exact one with the edges."""
+    return hull_volume(edge_wrenches(space, edges))[0]
+
+
+def hull_volume(wrenches: Array) -> tuple[float, Array]:
+    """Return the volume of the hull of wrenches and the origin, with its gradient by the wrenches.
+
+    A facet moves outwards by the mean of what its six corners do, so each corner has a sixth of its area.
+
+    Args:
+        wrenches: Of shape (n, 6).
+
+    Returns:
+        The volume, 0 where the hull is flat, and the gradient, of shape (n, 6).
+    """
+    points = np.vstack([wrenches, np.zeros((1, 6))])
+    gradient = np.zeros_like(points)
     try:
-        return float(ConvexHull(np.vstack([edge_wrenches(space, edges), np.zeros((1, 6))])).volume)
+        hull = ConvexHull(points)
     except QhullError:
-        return 0.0
+        return 0.0, gradient[:-1]
+    sides = points[hull.simplices[:, 1:]] - points[hull.simplices[:, :1]]
+    areas = np.sqrt(np.maximum(np.linalg.det(sides @ sides.transpose(0, 2, 1)), 0.0)) / math.factorial(5)
+    shares = (areas[:, None] * hull.equations[:, :6] / 6.0)[:, None]
+    np.add.at(gradient, hull.simplices, np.broadcast_to(shares, (len(areas), 6, 6)))
+    return float(hull.volume), gradient[:-1]
 
 
 def edge_wrenches(space: WrenchSpace, edges: int) -> Array:
