@@ -26,10 +26,11 @@ def test_analyse_prints_and_writes_margins_stability_tolerance_and_sensitivities
     output = tmp_path / "analysis.json"
     result = run("analyse", str(file), "--json", str(output))
     assert result.exit_code == 0, result.output
-    for word in ("margin, worst", "stable", "tolerance", "friction μ", "mass", "too few motors"):
+    for word in ("margin, worst", "stable", "first slip, object clamped", "friction μ", "mass", "too few motors"):
         assert word in result.output
     record = AnalysisRecord.model_validate_json(output.read_text(encoding="utf-8"))
     assert len(record.tolerances) == 6
+    assert {each.question for each in record.tolerances} == {"first slip, object clamped"}
     by_name = {entry.parameter: entry for entry in record.post_optimality.sensitivities}
     assert by_name["mass"].d_force_norm > 0.0
     assert by_name["object x (palm held)"].d_force_norm is None

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from grasp_planner.analysis.kkt import NlpPoint, kkt_change, kkt_point
+from grasp_planner.analysis.kkt import kkt_change, kkt_point
 from grasp_planner.analysis.kkt_path import moved_point
+from grasp_planner.analysis.lagrangian import NlpPoint, lagrangian_hessian, secant_hessian
 
 
 def circle(p):
@@ -66,3 +67,25 @@ def test_a_point_that_no_longer_exists_is_not_followed():
     found = kkt_point(circle(2.0), np.array([-0.3, -0.9]))
     assert moved_point(found, circle(-1.0), found.z, found.multipliers) is None
     assert moved_point(found, circle(1e6), found.z, found.multipliers) is None, "too far for Newton's method"
+
+
+def test_hessians_by_differences_and_by_steps(rng):
+    root = rng.normal(size=(4, 4))
+    exact = root + root.T
+    row = rng.normal(size=4)
+
+    def evaluate(z):
+        value, slope = 0.5 * z @ exact @ z, exact @ z
+        bend = np.array([z @ z])
+        return NlpPoint(value, slope, bend, 2.0 * z[None], 1)
+
+    z, multipliers = row, np.array([0.7])
+    wanted = exact - 1.4 * np.eye(4)
+    np.testing.assert_allclose(lagrangian_hessian(evaluate, z, multipliers), wanted, atol=1e-8)
+    np.testing.assert_allclose(lagrangian_hessian(evaluate, z, multipliers, at=evaluate(z)), wanted, atol=1e-8)
+    found = np.eye(4)
+    for step in rng.normal(size=(5, 4)):  # as many directions as there are settle a constant Hessian
+        found = secant_hessian(found, step, wanted @ step)
+        np.testing.assert_allclose(found @ step, wanted @ step, atol=1e-9)
+    np.testing.assert_allclose(found, wanted, atol=1e-6)
+    assert secant_hessian(found, step, found @ step) is found

@@ -5,57 +5,27 @@ min f(z) subject to c_E(z) = 0, c_I(z) ≥ 0; first derivatives are given, secon
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from dataclasses import dataclass
 
 import clarabel
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 from scipy.optimize import lsq_linear
 
 from ..spatial import Array
+from .lagrangian import Evaluate, Indices, NlpPoint, lagrangian_gradient, lagrangian_hessian, secant_hessian
 
-Indices = npt.NDArray[np.intp]
-
-HESSIAN_STEP = 1e-5
-"""Step of the central differences of gradients, in scaled variables of order one."""
 ACTIVE = 1e-6
 """Residual below which an inequality may be active."""
-SETTLED_STEP = 1e-10
-"""Step, in scaled variables, below which nothing more is gained."""
+SETTLED_STEP, ROUNDING_STEP, SHRINKS = 1e-10, 1e-7, 0.3
+"""Steps, in scaled variables, that end it: below the first; below the second where they no longer shrink so much."""
+SAME_HESSIAN, OLD_HESSIAN = 0.1, 6
+"""Steps shorter than the first bring the Hessian up to date by what they show of it, so many times in a row."""
 POSITIVE = 1e-9
 """Multipliers below this, relative to the gradient of the objective, count as zero."""
 FLAT = 1e-10
 """Curvatures below this, relative to the largest, count as none: the optimum is not unique along them."""
-
-
-@dataclass(frozen=True)
-class NlpPoint:
-    """A program at one point; n variables, m constraints, equalities first.
-
-    Attributes:
-        objective: f.
-        gradient: ∇f, of shape (n,).
-        residuals: c, of shape (m,).
-        jacobian: ∇c, of shape (m, n).
-        n_equalities: How many of the constraints are equalities.
-    """
-
-    objective: float
-    gradient: Array
-    residuals: Array
-    jacobian: Array
-    n_equalities: int
-
-    @property
-    def violation(self) -> Array:
-        """How far each constraint is from being met, of shape (m,)."""
-        equal = np.arange(len(self.residuals)) < self.n_equalities
-        return np.where(equal, np.abs(self.residuals), np.maximum(0.0, -self.residuals))
-
-
-Evaluate = Callable[[Array], NlpPoint]
 
 
 @dataclass(frozen=True)
@@ -96,8 +66,10 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = 80, tolerance: 
     everywhere: Array = np.zeros(len(point.residuals))
     active, values = _least_squares_multipliers(point, 1e-3)
     everywhere[active] = values
+    hessian, age, last = None, 0, math.inf
     for _ in range(iterations):
-        hessian = lagrangian_hessian(evaluate, z, everywhere)
+        if hessian is None:
+            hessian, age = lagrangian_hessian(evaluate, z, everywhere, at=point), 0
         rows = point.jacobian[_working(point, everywhere)]
         found = _quadratic_step(_convex(hessian, rows), point, reach)
         if found is None:
@@ -110,14 +82,20 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = 80, tolerance: 
         step, moved = _accepted(evaluate, z, point, step, multipliers, weight)
         size = float(np.abs(step).max())
         if moved is not None:
-            z, point, everywhere = z + step, moved, multipliers
+            before, z, point, everywhere = point, z + step, moved, multipliers
             reach = 2.0 * reach if size > 0.9 * reach else reach
             used = np.flatnonzero(multipliers)
-            slope = np.abs(lagrangian_gradient(point, used, multipliers[used])).max()
+            gradient = lagrangian_gradient(point, used, multipliers[used])
+            slope = np.abs(gradient).max()
             left = max(slope, point.violation.max(initial=0.0)) / np.abs(point.gradient).max()
-            if left < tolerance or size < SETTLED_STEP:
+            if left < tolerance or size < SETTLED_STEP or SHRINKS * last < size < ROUNDING_STEP:
                 break
+            turned = gradient - lagrangian_gradient(before, used, multipliers[used])
+            age, hessian, last = age + 1, secant_hessian(hessian, step, turned), size
+            if age >= OLD_HESSIAN or size > SAME_HESSIAN:
+                hessian = None
         else:
+            hessian = None if age else hessian
             reach = 0.25 * min(reach, size)
             if reach < 1e-12:
                 break
@@ -184,11 +162,6 @@ def kkt_change(found: KktPoint, d_gradient: Array, d_residuals: Array, free: Ind
     return KktChange(change, multipliers, mismatch, int((~stiff).sum()), least)
 
 
-def lagrangian_gradient(point: NlpPoint, active: Indices, multipliers: Array) -> Array:
-    """Return ∇f − Σ λ_k ∇c_k, of shape (n,)."""
-    return point.gradient - point.jacobian[active].T @ multipliers
-
-
 def _accepted(
     evaluate: Evaluate, z: Array, point: NlpPoint, step: Array, multipliers: Array, weight: float
 ) -> tuple[Array, NlpPoint | None]:
@@ -236,20 +209,6 @@ def _least_squares_multipliers(point: NlpPoint, near: float) -> tuple[Indices, A
     if (exact[~equal[active]] >= 0.0).all():
         return active, exact
     return active, values[keep]
-
-
-def lagrangian_hessian(evaluate: Evaluate, z: Array, multipliers: Array) -> Array:
-    """Return the Hessian of f − λ·c by central differences of its gradient."""
-    used = np.flatnonzero(multipliers)
-    columns = []
-    for k in range(len(z)):
-        step = np.zeros(len(z))
-        step[k] = HESSIAN_STEP
-        up = lagrangian_gradient(evaluate(z + step), used, multipliers[used])
-        down = lagrangian_gradient(evaluate(z - step), used, multipliers[used])
-        columns.append((up - down) / (2.0 * HESSIAN_STEP))
-    hessian = np.array(columns)
-    return 0.5 * (hessian + hessian.T)
 
 
 def _convex(hessian: Array, rows: Array) -> Array:

@@ -11,7 +11,7 @@ from ..problem.problem import GraspProblem
 from ..spatial import Array
 from ..terms.objective import problem_objective
 from ..terms.registry import stacked
-from .kkt import Evaluate, NlpPoint
+from .lagrangian import NlpPoint
 
 
 class OptimalityProgram:
@@ -26,18 +26,13 @@ class OptimalityProgram:
         self.layout = self.base.evaluator.layout
         self.reference = grasp.palm_pose
 
-    def state(self, problem: GraspProblem, z: Array) -> GraspState:
-        """Return the state of a problem at scaled variables."""
-        return StateEvaluator(problem, self.reference).evaluate(z * self.base.scale)
-
     def evaluate(self, z: Array) -> NlpPoint:
         """Return the program at scaled variables."""
         return self.point_of(self.base.problem, self.base.state(z))
 
-    def at(self, problem: GraspProblem) -> Evaluate:
+    def at(self, problem: GraspProblem) -> NeighbouringProgram:
         """Return the program of another problem with the same variables."""
-        evaluator = StateEvaluator(problem, self.reference)
-        return lambda z: self.point_of(problem, evaluator.evaluate(z * self.base.scale))
+        return NeighbouringProgram(self, problem)
 
     def names(self) -> list[str]:
         """Return the name of every constraint."""
@@ -65,3 +60,25 @@ class OptimalityProgram:
             jacobian=np.vstack([d_zero * scale, d_spare * scale, picks, -picks]),
             n_equalities=len(zero),
         )
+
+
+class NeighbouringProgram:
+    """The program of a changed problem in the variables of the unchanged one; the last state is kept."""
+
+    def __init__(self, program: OptimalityProgram, problem: GraspProblem) -> None:
+        self.problem = problem
+        self._program = program
+        same = problem is program.base.problem
+        self._evaluator = program.base.evaluator if same else StateEvaluator(problem, program.reference)
+        self._last: tuple[bytes, GraspState] | None = None
+
+    def state(self, z: Array) -> GraspState:
+        """Return the state at scaled variables."""
+        key = z.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._evaluator.evaluate(z * self._program.base.scale)
+        return self._last[1]
+
+    def evaluate(self, z: Array) -> NlpPoint:
+        """Return the program at scaled variables."""
+        return self._program.point_of(self.problem, self.state(z))

@@ -48,7 +48,10 @@ def parameters_of(grasp: Grasp) -> tuple[Parameter, ...]:
     Returns:
         The parameters.
     """
-    problem, model = grasp.problem, grasp.problem.parameters
+    # The synergies are handed on, not read from their file anew in every changed problem.
+    given = grasp.problem
+    problem = replace(given, synergy_set=None, synergy_space=given.all_synergies)
+    model = problem.parameters
     shape, mass = problem.grasp_object, problem.grasp_object.mass
     stiffness, c_q = model.contact_stiffness, problem.joint_compliance
 
@@ -78,7 +81,7 @@ def parameters_of(grasp: Grasp) -> tuple[Parameter, ...]:
         shift = np.concatenate([-axis, np.zeros(3)])
         turn = np.concatenate([-np.cross(axis, position), -axis])
         held = f"object {name} (palm held)", f"object r{name} (palm held)"
-        found.append(Parameter(held[0], "m", 0.0, 0.01, lambda p: problem, shift))
+        found.append(Parameter(held[0], "m", 0.0, 0.01, lambda p: given, shift))
         found.append(Parameter(f"object r{name}", "rad", 0.0, 0.1, _turned(problem, axis)))
         found.append(Parameter(held[1], "rad", 0.0, 0.1, _turned(problem, axis), turn))
     return tuple(found)

@@ -16,7 +16,8 @@ from ..grasp.grasp import Grasp
 from ..planning.nlp import solve_nlp
 from ..problem.problem import GraspProblem
 from ..spatial import Array
-from .kkt import KktPoint, kkt_change, kkt_point, lagrangian_gradient
+from .kkt import KktPoint, kkt_change, kkt_point
+from .lagrangian import lagrangian_gradient
 from .optimality_program import OptimalityProgram
 from .problem_parameters import Parameter, parameters_of
 from .validity import Prediction, validity
@@ -208,8 +209,11 @@ def _by_parameter(
     sides = []
     for shift in (step, -step):
         problem = apply(shift)
-        state = program.state(problem, found.z)
-        point = program.point_of(problem, state)
+        if problem is program.base.problem:
+            zero = np.zeros(len(program.base.objective.terms))
+            return np.zeros(len(found.z)), np.zeros(len(found.point.residuals)), zero
+        there = program.at(problem)
+        point, state = there.evaluate(found.z), there.state(found.z)
         gradient = lagrangian_gradient(point, found.active, found.multipliers)
         costs = [each.cost.value(problem, state) for each in program.base.objective.terms]
         sides.append((gradient, point.residuals, np.array(costs)))

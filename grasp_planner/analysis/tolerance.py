@@ -16,6 +16,10 @@ from ..grasp.grasp import Grasp
 from ..judge.load_check import displacement_matrix
 from ..judge.margins import Holding, holding, passive_margins, worst_passive_margin
 
+QUESTION = "first slip, object clamped"
+"""The question that a tolerance answers: hand and references are held, the object is moved as if clamped in a vice, and
+the first thing to give way counts. Whether a hand that closes on an object off its place still grasps it is another
+one, which :mod:`grasp_planner.closing` answers."""
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 """Coordinates of the object's pose in O: translations [m], rotations about its centre [rad]."""
 
@@ -30,6 +34,7 @@ class Tolerance:
         up: Largest motion in the positive direction.
         gives_way_down: What gives way there, such as ``friction at thumb``.
         gives_way_up: The same for the positive direction.
+        question: What it answers, always :data:`QUESTION`.
     """
 
     coordinate: str
@@ -37,6 +42,7 @@ class Tolerance:
     up: float
     gives_way_down: str
     gives_way_up: str
+    question: str = QUESTION
 
     @property
     def unit(self) -> str:

@@ -15,8 +15,9 @@ import pinocchio as pin
 
 from ..exceptions import GraspPlannerError
 from ..spatial import Array
-from .kkt import Indices, KktPoint
+from .kkt import KktPoint
 from .kkt_path import MovedPoint, moved_point
+from .lagrangian import Indices
 from .optimality_program import OptimalityProgram
 from .problem_parameters import Parameter
 
@@ -26,8 +27,10 @@ NOTHING = 1e-6
 """Changes of F below this, relative to F, count as none."""
 FARTHEST = 0.5
 """Largest change of a parameter that is examined, relative to its scale."""
-TRIALS = 8
+TRIALS = 6
 """Most points that an end of the range is sought with."""
+ENOUGH, GROWTH = 0.7, 3.0
+"""Share of the way to where it ends at which a range is long enough, and how much farther is looked at a time."""
 TIGHT = 1e-7
 """Residuals and multipliers below minus this count as a change of the active set."""
 NO_END = "examined no further"
@@ -89,39 +92,77 @@ def _first_order(prediction: Prediction) -> tuple[tuple[float, str], tuple[float
 
 
 def _shortened(prediction: Prediction, sign: float, end: tuple[float, str]) -> tuple[float, str]:
-    """Return the end of the range to one side, brought in until the prediction holds there."""
+    """Return the end of the range to one side, brought in until the prediction holds there.
+
+    Where the optimum can't be followed in one go it is followed part of the way, and from there farther again.
+    """
     reach, label = end
     farthest = FARTHEST * prediction.parameter.scale
     if reach > farthest:
         reach, label = farthest, NO_END
+    beyond, known, lost = (reach, label), None, False
     for _ in range(TRIALS):
         if reach <= 0.0:
             break
-        moved = _moved(prediction, sign * reach)
-        changed = None if moved is None else _changed_set(prediction, moved)
+        moved = _followed(prediction, sign * reach, known, renewals=int(lost))
         if moved is None:
-            reach, label = 0.3 * reach, LOST
-        elif changed is not None:
-            reach, label = 0.8 * reach, changed
+            beyond, lost = (reach, LOST), True
+            reach = 0.2 * reach if known is None else math.sqrt(reach * known.reach)
+            continue
+        changed = _changed_set(prediction, moved.point)
+        off = 0.0 if changed is not None else _error(prediction, sign * reach, moved.force_norm)
+        if changed is None and off <= 1.0:
+            known = _Followed(reach, sign, moved.point)
+            if reach >= ENOUGH * beyond[0]:
+                break
+            reach = min(beyond[0], GROWTH * reach)
+        elif known is not None:
+            beyond = (reach, changed or BENT)
+            reach = math.sqrt(reach * known.reach)
         else:
-            off = _error(prediction, sign * reach, moved)
-            if off <= 1.0:
-                return reach, label
             # The error of a tangent grows with the square of the step.
-            reach, label = float(np.clip(0.9 / off, 0.02, 0.9)) * reach, BENT
-    return 0.0, label
+            reach *= 0.8 if changed is not None else float(np.clip(0.9 / off, 0.02, 0.9))
+            beyond = (reach, changed or BENT)
+    return (0.0, beyond[1]) if known is None else (known.reach, beyond[1])
 
 
-def _moved(prediction: Prediction, step: float) -> MovedPoint | None:
+@dataclass(frozen=True)
+class _Moved:
+    """An optimum after a change of the parameter, and F there [N]."""
+
+    point: MovedPoint
+    force_norm: float
+
+
+@dataclass(frozen=True)
+class _Followed:
+    """An optimum that was followed to some change of the parameter, to one side."""
+
+    reach: float
+    sign: float
+    moved: MovedPoint
+
+    def farther(self, step: float, start: Array, slope: Array, here: Array) -> Array:
+        """Return start + slope·step bent such that it passes through what was found here."""
+        own = self.sign * self.reach
+        return start + step * slope + (step / own) ** 2 * (here - start - own * slope)
+
+
+def _followed(prediction: Prediction, step: float, known: _Followed | None, renewals: int) -> _Moved | None:
     """Return the optimum after a change of the parameter; None if it can't be followed there."""
     program, found, parameter = prediction.program, prediction.found, prediction.parameter
     z = found.z + step * prediction.d_z
+    multipliers = found.multipliers + step * prediction.d_multipliers
+    if known is not None:
+        z = known.farther(step, found.z, prediction.d_z, known.moved.z)
+        multipliers = known.farther(step, found.multipliers, prediction.d_multipliers, known.moved.multipliers)
     if parameter.palm is not None:
         pose = program.layout.pose
         z[pose] = program.base.evaluator.chart.coordinates(carried_palm(prediction, step)) / program.base.scale[pose]
-    multipliers = found.multipliers + step * prediction.d_multipliers
     try:
-        return moved_point(found, program.at(parameter.apply(step)), z, multipliers, prediction.free)
+        there = program.at(parameter.apply(step))
+        point = moved_point(found, there.evaluate, z, multipliers, prediction.free, renewals=renewals)
+        return None if point is None else _Moved(point, there.state(point.z).force_norm)
     except (GraspPlannerError, ValueError, FloatingPointError, np.linalg.LinAlgError):
         return None  # no such problem, or no such grasp
 
@@ -149,9 +190,8 @@ def _changed_set(prediction: Prediction, moved: MovedPoint) -> str | None:
     return None
 
 
-def _error(prediction: Prediction, step: float, moved: MovedPoint) -> float:
+def _error(prediction: Prediction, step: float, after: float) -> float:
     """Return the error of the predicted change of F over the one that is allowed."""
-    program, told = prediction.program, step * prediction.d_force_norm
-    before = program.base.state(prediction.found.z).force_norm
-    after = program.state(prediction.parameter.apply(step), moved.z).force_norm
+    told = step * prediction.d_force_norm
+    before = prediction.program.base.state(prediction.found.z).force_norm
     return abs(after - before - told) / max(ACCURACY * abs(told) + NOTHING * before, 1e-300)

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 from ..analysis.improve import GOALS, Goal, Improvement, improve_grasp, withstood
 from ..analysis.measures import ContactSet, Measure, contact_set
 from ..analysis.sensitivity import PostOptimality, Sensitivity, post_optimality
-from ..analysis.tolerance import pose_tolerances
+from ..analysis.tolerance import QUESTION, pose_tolerances
 from ..grasp.grasp import Grasp
 from ..records.analysis_record import analysis_record, contact_analysis_record
 from ..records.contact_file import is_contact_file, read_contact_file
@@ -141,7 +141,7 @@ def _print_rows(console: Console, rows: list[tuple[str, str]]) -> None:
 
 def _tolerance_table(grasp: Grasp) -> Table:
     """Return how far the object may be off."""
-    title = "tolerance: how far the object may be moved in a closed hand until something gives way"
+    title = f"tolerance ({QUESTION}): how far the object may be moved in a closed hand until something gives way"
     table = new_table(title, ("", "−", "+", "unit", "gives way (−)", "gives way (+)"))
     for found in pose_tolerances(grasp):
         factor, unit = (1e3, "mm") if found.unit == "m" else (180.0 / math.pi, "°")

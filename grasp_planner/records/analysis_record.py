@@ -9,7 +9,7 @@ from pydantic import Field
 
 from ..analysis.measures import Measure
 from ..analysis.sensitivity import PostOptimality, Sensitivity
-from ..analysis.tolerance import Tolerance, pose_tolerances
+from ..analysis.tolerance import QUESTION, Tolerance, pose_tolerances
 from ..grasp.grasp import Grasp
 from .layout import MarginsRecord, Number, Optional, Record, StabilityRecord
 from .parts import finite_or_none, margins_record, stability_record
@@ -24,6 +24,7 @@ class ToleranceRecord(Record):
     up: Optional
     gives_way_down: str
     gives_way_up: str
+    question: str = Field(default=QUESTION, description="what the tolerance is the answer to")
 
 
 class SensitivityRecord(Record):
