@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..analysis.ladder import verdict_ladder
 from ..drawing.picture import draw_grasp
 from ..exceptions import GraspPlannerError
 from ..files.writing import write_text
@@ -155,9 +156,10 @@ def _pictures(folder: Path, info: RunInfo, rows: Sequence[Row], hand: str | None
             parts.append(f"<p>Row {row} can't be drawn: {html.escape(str(error))}</p>")
             continue
         command = html.escape(view_command(folder, row))
+        ladder = "".join(f"<br>{html.escape(rung.sentence)}" for rung in verdict_ladder(grasp))
         parts.append(
             f'<figure><img alt="grasp of row {row}" src="{png_data(draw_grasp(grasp))}">'
-            f"<figcaption>{row_link(info, row, f'Row {row}')}: <code>{command}</code></figcaption></figure>"
+            f"<figcaption>{row_link(info, row, f'Row {row}')}: <code>{command}</code>{ladder}</figcaption></figure>"
         )
     return "".join(parts) or "<p>None is feasible.</p>"
 

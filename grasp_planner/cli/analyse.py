@@ -20,7 +20,7 @@ from ..records.analysis_record import analysis_record, contact_analysis_record
 from ..records.contact_file import is_contact_file, read_contact_file
 from ..records.grasp_record import grasp_json
 from .grasp_file import HAND, opened_grasp
-from .margins import margin_rows, new_table
+from .margins import margin_rows, new_table, print_verdict
 from .measures import opened_contacts, print_measures
 from .output import check_writable, write_or_print
 
@@ -66,7 +66,7 @@ def analyse(
             write_or_print(contact_analysis_record(found_measures).model_dump_json(indent=2) + "\n", json_file)
         return
     grasp = opened_grasp(file, hand)
-    console.print(f"[bold]{grasp.verdict}[/]", highlight=False)
+    print_verdict(console, grasp)
     _print_rows(console, [("F", f"{grasp.force_norm:.4f} N"), *margin_rows(grasp)])
     measured = _print_measures(console, file, contact_set(grasp), hand, everything, compare, picture)
     console.print(_tolerance_table(grasp))

@@ -1,4 +1,4 @@
-"""Rows that print what a grasp withstands, shared by the commands that show one."""
+"""What a grasp is worth and what it withstands, as printed by all commands that show one."""
 
 from __future__ import annotations
 
@@ -6,11 +6,23 @@ import math
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from ..analysis.ladder import height, verdict_ladder
 from ..grasp.grasp import Grasp
 from ..judge.margins import Margin
 from ..spatial import Array
+
+
+def print_verdict(console: Console, grasp: Grasp) -> None:
+    """Print the sentence of the verdict and the ladder below it, green as far as it is true."""
+    console.print(f"[bold {'green' if grasp.feasible else 'red'}]{escape(grasp.verdict)}[/]", highlight=False)
+    rungs = verdict_ladder(grasp)
+    for index, rung in enumerate(rungs):
+        colour = "green" if index < height(rungs) else "dim" if rung.met is None else "yellow" if rung.met else "red"
+        console.print(f"  [{colour}]{rung.mark} {rung.name}[/]: {escape(rung.text)}", highlight=False)
 
 
 def margin_rows(grasp: Grasp) -> list[tuple[str, str]]:

@@ -17,7 +17,7 @@ from ..judge.clearance_check import ClearanceKind
 from ..planning.planner import plan_grasp
 from ..problem.term import own_costs
 from ..records.grasp_record import grasp_json
-from .margins import margin_rows, new_table
+from .margins import margin_rows, new_table, print_verdict
 from .options import planner_options, problem_from_options, problem_options, search_options
 from .output import check_writable, write_or_print
 
@@ -92,9 +92,10 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         console: Where to.
         grasp: The grasp.
     """
+    if console.quiet:
+        return
     problem, search = grasp.problem, grasp.search or SearchReport(seed=0)
-    colour = "green" if grasp.feasible else "red"
-    console.print(f"[bold {colour}]{grasp.verdict}[/]", highlight=False)
+    print_verdict(console, grasp)
     summary = Table(show_header=False, box=None, pad_edge=False)
     title = problem.hand.description.title or problem.hand.name
     rows = [
@@ -108,7 +109,6 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         ("clearance", _clearance_text(grasp)),
         ("force closure", f"{'yes' if grasp.force_closed else 'no'}, margin {grasp.force_closure_margin:.3f}"),
         *margin_rows(grasp),
-        *([("closing", grasp.closing.text)] if grasp.feasible else []),
         ("σ [rad]", " ".join(f"{value:+.4f}" for value in grasp.sigma)),
         (
             "search",

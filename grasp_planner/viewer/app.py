@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import html
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -16,9 +15,9 @@ from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
 from ..planning.starts import standard_start
 from ..spatial import Array
-from . import text
 from .animation import Animator
 from .first_grasp import first_grasp
+from .ladder_card import LadderCard
 from .panels.display import DisplayPanel
 from .panels.grasp import GraspPanel
 from .panels.plan import PlanPanel
@@ -91,7 +90,7 @@ class GraspViewer:
         self.picture = Picture(self.server)
         self.picture.aim(shown)
         self._build_page(rows)
-        self.worker = Worker(self._redraw, self._report)
+        self.worker = Worker(self._redraw, self._report, self.card.climb)
         self.animator = Animator(self.session, self.worker)
         self.control = PlanControl(self.session, self.plan, self.worker, self.animator.stop, self._report)
         self.planning = self.control.planning
@@ -117,7 +116,7 @@ class GraspViewer:
         gui = self.server.gui
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH)
-        self.verdict = gui.add_html("")
+        self.card = LadderCard(gui, self.session)
         tabs = gui.add_tab_group()
         if rows is not None:
             with tabs.add_tab("Run"):
@@ -209,10 +208,9 @@ class GraspViewer:
         session.dirty = False
         session.update()
         self.picture.draw(session, self.display.options)
+        self.card.show()
         if session.preview is not None:
-            self.verdict.content = f"<div style='{text.CARD}'>{html.escape(session.preview.message)} …</div>"
             return
-        self.verdict.content = text.verdict_card(session.grasp, session.note)
         self.grasp_panel.show(session)
         self.synergies.show(session)
         self.plan.show(session)

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from ..files.writing import write_text
 from ..grasp.grasp import Grasp
+from .compare import export_overlay
 from .opening import approach
 from .scene.draw_grasp import DisplayOptions, fitting_scale
 from .scene.picture3d import Picture
 from .server import LocalServer
 from .session import Preview, Session
-from .text import export_overlay
 
 FRAMES = 45
 """Postures of the closing animation."""

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import html
 import math
 
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
 from ..grasp.verdict import Violation
-from ..problem.settings import text_of_numbers
-from ..problem.term import METRE, Unit, own_costs
+from ..problem.term import METRE, Unit
 from ..terms.posture import JointLimits
 from .live import contact_share
-from .scene.clearances import link_clearances
 from .scene.margin import withstands
 
 PHRASES = {
@@ -32,7 +29,7 @@ PHRASES = {
 GREEN, RED, AMBER = "#1b8a5a", "#c62839", "#b7791f"
 CARD = (
     "font-family:system-ui,sans-serif;font-size:13px;line-height:1.45;margin:6px 10px;padding:10px 12px;"
-    "border-radius:10px;color:#1d2433;background:#f4f6fa;"
+    "border-radius:10px;color:var(--mantine-color-text,#1d2433);background:var(--mantine-color-default-hover,#f4f6fa);"
 )
 
 
@@ -84,76 +81,6 @@ def reasons(grasp: Grasp) -> list[str]:
     order = sorted(failures, key=lambda failure: (failure.unit != METRE, -failure.value))
     found = [reason(failure) for failure in order]
     return found if grasp.force_closed else [*found, "the contacts are not force-closed"]
-
-
-def verdict_card(grasp: Grasp, note: str = "") -> str:
-    """Return the card on top of the page: feasible or why not, and the five numbers.
-
-    Args:
-        grasp: The grasp shown.
-        note: A line below, for instance which result it is.
-
-    Returns:
-        HTML; everything that is not from here is escaped.
-    """
-    good = grasp.feasible
-    colour, word = (GREEN, "FEASIBLE") if good else (RED, "NOT FEASIBLE")
-    why = [] if good else reasons(grasp)[:3]
-    lines = "".join(f"<div style='color:{RED}'>• {html.escape(line)}</div>" for line in why)
-    if good:
-        lines = (
-            "<div>Every fingertip touches, every force is inside its friction cone, all balances the weight, "
-            "and the contacts are force-closed.</div>"
-        )
-        if links_penetrate(grasp):
-            lines += (
-                f"<div style='color:{AMBER}'>• Links pass through the object or through each other: this problem does "
-                "not ask them to keep clear (tab Plan, Clearances).</div>"
-            )
-    cells = "".join(_cell(*entry) for entry in headline(grasp))
-    below = f"<div style='opacity:.75;margin-top:6px'>{html.escape(note)}</div>" if note else ""
-    return (
-        f"<div style='{CARD}border-left:6px solid {colour}' data-verdict='{word}'>"
-        f"<div style='font-weight:700;font-size:15px;color:{colour}'>{'✔' if good else '✘'} {word}</div>{lines}"
-        f"<div style='display:flex;gap:6px;margin-top:8px'>{cells}</div>{below}</div>"
-    )
-
-
-def links_penetrate(grasp: Grasp) -> bool:
-    """Return whether links overlap the object or each other by more than 0.1 mm, whether that is asked for or not."""
-    return any(distance < -1e-4 for distance, _ in link_clearances(grasp).values())
-
-
-def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
-    """Return the main numbers of a grasp, and the user's own costs: symbol, value with unit, and what it is."""
-    angle, degenerate = grasp.alignments[0]
-    task = grasp.problem.tasks[0]
-    symbol = "β" if task.is_motion else "α"
-    flag = " (the ellipsoid is degenerate)" if degenerate else ""
-    floor = f"{number(grasp.force_norm_floor)} N" if math.isfinite(grasp.force_norm_floor) else "none"
-    force = f"{number(grasp.force_norm)} N"
-    if contact_share(grasp) == 0.0:
-        force = floor = "–"
-    return [
-        ("F", force, "size of all normal forces"),
-        ("floor", floor, "least F any hand could do with at these contacts"),
-        ("C", number(grasp.task_index, 2), "task index, small is good"),
-        ("angle", degrees(angle) + ("*" if degenerate else ""), "task against the ellipsoid's long axis" + flag),
-        (symbol, number(grasp.transmission_ratios[0]), "transmission along the task per unit of synergy effort"),
-        *(
-            (readable(each.cost.name), quantity(each.cost.clear_value(grasp), each.cost.unit), "a cost of your own")
-            for each in own_costs(grasp.problem.costs)
-        ),
-    ]
-
-
-def _cell(symbol: str, value: str, meaning: str) -> str:
-    """Return one number of the card."""
-    return (
-        f"<div title='{html.escape(meaning)}' style='flex:1;text-align:center;background:#fff;border-radius:7px;"
-        f"padding:4px 2px'><div style='font-size:11px;opacity:.65'>{html.escape(symbol)}</div>"
-        f"<div style='font-weight:650;white-space:nowrap;font-size:12px'>{html.escape(value)}</div></div>"
-    )
 
 
 def story(grasp: Grasp) -> str:
@@ -243,40 +170,4 @@ def contact_details(grasp: Grasp, index: int) -> str:
         f"- point in O: ({point}) mm, gap {fixed(1e3 * float(grasp.contacts.gaps[index]), 3)} mm\n"
         f"- normal force {number(normal)} N, tangential {number(slip)} N{torque}\n"
         f"- {cone if grasp.problem.contact_model.has_friction else 'no friction'}"
-    )
-
-
-def compare_table(one: Grasp, other: Grasp) -> str:
-    """Return two grasps side by side (Markdown)."""
-    rows = ["| | shown | pinned |", "|---|--:|--:|"]
-    rows.append(f"| verdict | {'✔' if one.feasible else '✘'} | {'✔' if other.feasible else '✘'} |")
-    rows.append(f"| synergies | {one.problem.n_synergies} | {other.problem.n_synergies} |")
-    rows.append(f"| task | {one.problem.tasks[0].text} | {other.problem.tasks[0].text} |")
-    for (symbol, left, _), (_, right, _) in zip(headline(one), headline(other), strict=True):
-        rows.append(f"| {symbol} | {left} | {right} |")
-    for i, frame in enumerate(one.problem.frames):
-        names = [entry.name for entry in other.problem.frames]
-        right = number(float(other.normal_forces[names.index(frame.name)])) if frame.name in names else "–"
-        rows.append(f"| f_n {frame.name} | {number(float(one.normal_forces[i]))} N | {right} N |")
-    return "\n".join(rows)
-
-
-def export_overlay(grasp: Grasp, title: str) -> str:
-    """Return the HTML that is laid over an exported scene: title, verdict, numbers."""
-    rows = "".join(
-        f"<tr><td>{html.escape(frame.name)}</td><td>{fixed(float(grasp.normal_forces[i]), 3)} N</td>"
-        f"<td>{fixed(float(grasp.friction_margins[i]), 3)} N</td></tr>"
-        for i, frame in enumerate(grasp.problem.frames)
-    )
-    tasks = html.escape(", ".join(task.text for task in grasp.problem.tasks))
-    return (
-        "<div id='grasp-numbers' style='position:fixed;left:12px;top:12px;z-index:1000;max-width:340px;"
-        "pointer-events:none'>"
-        f"<div style='{CARD}overflow-wrap:anywhere'><b>{html.escape(title)}</b><br>"
-        f"{html.escape(grasp.problem.grasp_object.text)}<br>"
-        f"task {tasks} · {grasp.problem.n_synergies} synergies · "
-        f"μ = {text_of_numbers(grasp.problem.parameters.friction)}</div>"
-        f"{verdict_card(grasp)}"
-        f"<div style='{CARD}'><table style='width:100%;font-size:12px'><tr><th align=left>contact</th>"
-        f"<th align=left>normal force</th><th align=left>friction margin</th></tr>{rows}</table></div></div>"
     )

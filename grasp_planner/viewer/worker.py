@@ -11,6 +11,8 @@ from ..exceptions import GraspPlannerError
 
 MAX_RATE_HZ = 30.0
 """Most redraws per second."""
+REST_S = 0.4
+"""How long nothing has been asked for when what can wait is done [s]."""
 
 
 @dataclass
@@ -32,8 +34,21 @@ class Worker:
         efforts: The same in processor time of the thread [s].
     """
 
-    def __init__(self, redraw: Callable[[], None], on_error: Callable[[str], None]) -> None:
-        self._redraw, self._on_error = redraw, on_error
+    def __init__(
+        self,
+        redraw: Callable[[], None],
+        on_error: Callable[[str], None],
+        at_rest: Callable[[], bool] | None = None,
+    ) -> None:
+        """Start the thread.
+
+        Args:
+            redraw: Called after every batch of requests.
+            on_error: Called with what went wrong.
+            at_rest: A piece of work that can wait, done while nothing is asked for until it returns False.
+        """
+        self._redraw, self._on_error, self._at_rest = redraw, on_error, at_rest
+        self._left = False
         self._queue = _Queue()
         self._condition = threading.Condition()
         self._animation: Callable[[], bool] | None = None
@@ -88,12 +103,20 @@ class Worker:
         """Take batches until stopped."""
         while True:
             with self._condition:
-                self._condition.wait_for(lambda: self._queue.waiting or self._animation or self._stopping)
+                asked = self._condition.wait_for(
+                    lambda: bool(self._queue.waiting or self._animation or self._stopping),
+                    REST_S if self._left else None,
+                )
                 if self._stopping:
                     return
                 batch = list(self._queue.waiting.values())
                 self._queue.waiting.clear()
                 self._busy = True
+            if not asked and self._at_rest is not None:
+                self._left = bool(self._guarded(self._at_rest))
+                self._finish()
+                continue
+            self._left = self._at_rest is not None
             began, effort = time.perf_counter(), time.thread_time()
             for request in batch:
                 self._guarded(request)
@@ -103,10 +126,14 @@ class Worker:
             spent = time.perf_counter() - began
             self.durations = [*self.durations[-199:], spent]
             self.efforts = [*self.efforts[-199:], time.thread_time() - effort]
-            with self._condition:
-                self._busy = False
-                self._condition.notify_all()
+            self._finish()
             time.sleep(max(0.0, 1.0 / MAX_RATE_HZ - spent))
+
+    def _finish(self) -> None:
+        """Let those who wait know that a batch is done."""
+        with self._condition:
+            self._busy = False
+            self._condition.notify_all()
 
     def _guarded(self, work: Callable[[], bool | None]) -> bool | None:
         """Do a piece of work; report what goes wrong instead of ending the thread."""

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 
 
 def test_the_page_opens_with_a_grasp_and_its_sliders_move_the_hand(page, viewer):
-    page.page.locator("[data-verdict=FEASIBLE]").wait_for()
+    page.page.locator("[data-model='met']").wait_for()
     page.tab("Synergies")
     joint = "/hand/joint_1/joint_2/joint_3"
     before = page.page.evaluate(TURN, joint)
@@ -25,7 +25,7 @@ def test_the_page_opens_with_a_grasp_and_its_sliders_move_the_hand(page, viewer)
         ".some((value, i) => Math.abs(value - before[i]) > 0.01)",
         arg=[joint, before],
     )
-    page.page.locator("[data-verdict='NOT FEASIBLE']").wait_for()
+    page.page.locator("[data-model='broken']").wait_for()
     assert viewer.session.live.sigma[0] == -0.6
 
 
@@ -71,7 +71,7 @@ def test_files_go_in_and_out(page, viewer, tmp_path):
     with page.page.expect_download(timeout=90_000) as download:
         page.button("Save as a web page (HTML)").click()
     download.value.save_as(tmp_path / "page.html")
-    assert "data-verdict='FEASIBLE'" in (tmp_path / "page.html").read_text()
+    assert "data-model='met'" in (tmp_path / "page.html").read_text()
     with page.page.expect_download(timeout=90_000) as download:
         page.button("Save a picture (PNG)").click()
     picture = tmp_path / "picture.png"
@@ -116,7 +116,7 @@ def test_an_exported_page_opens_offline_with_numbers_and_animation(browser, gras
     opened.page.locator("#grasp-numbers").wait_for()
     text = opened.page.locator("#grasp-numbers").inner_text()
     assert "A <b>title</b>" in text
-    assert "FEASIBLE" in text
+    assert "data-model='met'" in text
     assert "thumb" in text
     # The time box of the playback bar: from the open hand to the closed one.
     time_box = opened.page.locator("input").first

@@ -29,7 +29,7 @@ def test_export_writes_one_page_that_loads_nothing(saved, tmp_path):
     result = CliRunner().invoke(main, ["export", str(saved), "--html", str(page), "--title", "<script>x</script>"])
     assert result.exit_code == 0, result.output
     text = page.read_text()
-    assert "FEASIBLE" in text
+    assert "data-model='met'" in text
     assert "&lt;script&gt;x&lt;/script&gt;" in text
     assert "<script>x" not in text
     assert len(text) < 3_000_000

@@ -13,6 +13,7 @@ from grasp_planner.grasp.verdict import Violation
 from grasp_planner.model.task import Ellipsoid
 from grasp_planner.problem.term import METRE, ONE, RADIAN, Unit
 from grasp_planner.viewer import text
+from grasp_planner.viewer.compare import compare_table, export_overlay
 from grasp_planner.viewer.live import LiveState, contact_share, evaluate
 from grasp_planner.viewer.opening import approach, close_along
 from grasp_planner.viewer.panels.synergies import SynergyRange, limit_marks, synergy_ranges
@@ -22,6 +23,7 @@ from grasp_planner.viewer.scene.clearances import closest_lines, link_clearances
 from grasp_planner.viewer.scene.draw_extras import torque_arrows
 from grasp_planner.viewer.session import Session
 from grasp_planner.viewer.squeeze import best_squeeze
+from grasp_planner.viewer.verdict_card import verdict_card
 
 
 def test_a_loaded_grasp_is_reproduced_by_its_sliders(grasp):
@@ -140,12 +142,12 @@ def test_the_cone_has_the_angle_of_friction():
 
 
 def test_the_card_says_feasible_or_why_not(grasp):
-    assert "FEASIBLE" in text.verdict_card(grasp)
+    assert "data-model='met'" in verdict_card(grasp)
     pushed = grasp.palm_pose.se3()
     pushed.translation = pushed.translation + np.array([0.004, 0.0, 0.0])
     broken = gp.Grasp(grasp.problem, grasp.joint_angles, pushed, grasp.delta_sigma)
-    card = text.verdict_card(broken)
-    assert "NOT FEASIBLE" in card
+    card = verdict_card(broken)
+    assert "data-model='broken'" in card
     assert "off the surface by up to" in card
     assert "mm" in card
 
@@ -158,9 +160,9 @@ def test_unknown_violations_are_shown_with_their_unit(grasp):
 
 
 def test_nothing_foreign_reaches_the_page_unescaped(grasp):
-    card = text.verdict_card(grasp, "<img src=x onerror=alert(1)>")
+    card = verdict_card(grasp, "<img src=x onerror=alert(1)>")
     assert "<img" not in card
-    overlay = text.export_overlay(grasp, "<script>alert(1)</script>")
+    overlay = export_overlay(grasp, "<script>alert(1)</script>")
     assert "<script" not in overlay
 
 
@@ -170,7 +172,7 @@ def test_all_numbers_of_all_requirements_are_listed(grasp):
         assert text.readable(name) in table
     assert text.joint_table(grasp).count("\n") == len(grasp.problem.hand.joint_names) + 1
     assert "friction cone" in text.contact_details(grasp, 0)
-    assert text.compare_table(grasp, grasp).count("|") > 20
+    assert compare_table(grasp, grasp).count("|") > 20
 
 
 def test_results_are_ranked_feasible_first(grasp):
@@ -198,13 +200,16 @@ def test_the_presets_are_those_of_the_paper():
 
 
 def test_a_feasible_grasp_whose_links_penetrate_says_so(grasp):
-    assert "to keep clear" not in text.verdict_card(grasp)
+    assert "✔ clear of all links" in verdict_card(grasp)
     plain = replace(grasp.problem, clearance=gp.ClearanceOptions.off(), synergy_set="native", n_synergies=15)
     through = gp.plan_grasp(plain, options=gp.PlannerOptions(starts=4, enough=1))
     assert through.feasible
     depth = -min(entry.distance for entry in through.clearances if not entry.exempt)
     assert depth > 1e-3, "else this shows nothing"
-    assert "to keep clear" in text.verdict_card(through)
+    card = verdict_card(through)
+    assert "✘ clear of all links" in card
+    assert "leaves out clearances" in card
+    assert "data-rungs='1'" in card
 
 
 def test_limits_are_marked_where_joints_stop_a_synergy(grasp):

@@ -49,8 +49,8 @@ def test_handles_move_hand_and_object(page, viewer, what):
     assert moved[axis] > 0.005
     assert np.abs(np.delete(moved, axis)).max() < 1e-6, "along its arrow only"
     assert np.allclose(pose_now().rotation, before.rotation, atol=1e-9)
-    assert "NOT FEASIBLE" in viewer.verdict.content
-    page.page.locator("[data-verdict='NOT FEASIBLE']").wait_for()
+    assert "data-model='broken'" in viewer.card.widget.content
+    page.page.locator("[data-model='broken']").wait_for()
     page.row(box).uncheck()
     until(lambda: not gizmo.visible)
 

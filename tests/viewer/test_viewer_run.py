@@ -150,7 +150,7 @@ def test_a_row_without_a_grasp_says_why(viewer_of_run):
     panel.number.value = 4
     settle(viewer)
     assert "timeout; no grasp" in viewer.session.note
-    assert "NOT FEASIBLE" in viewer.verdict.content
+    assert "data-model='broken'" in viewer.card.widget.content
     assert "stopped at its limit" in panel._values.content
     before = viewer.session.grasp
     panel.number.value = 5

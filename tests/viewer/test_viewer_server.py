@@ -174,7 +174,7 @@ def test_two_browsers_see_the_same(viewer):
     with ProtocolClient(port) as one, ProtocolClient(port) as two:
         one.set("σ1", 0.45)
         two.until(lambda: any(w.get("value") == 0.45 for w in two.widgets.values()))
-        two.until(lambda: "NOT FEASIBLE" in str([w["props"].get("content", "") for w in two.widgets.values()]))
+        two.until(lambda: "data-model='broken'" in str([w["props"].get("content", "") for w in two.widgets.values()]))
 
 
 @pytest.mark.slow

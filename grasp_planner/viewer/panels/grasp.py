@@ -10,6 +10,7 @@ import viser
 
 from ...grasp.grasp import Grasp
 from .. import text
+from ..compare import compare_table
 from ..live import contact_share
 from ..scene.clearances import link_clearances
 from ..session import Session
@@ -97,7 +98,7 @@ class GraspPanel:
             widget.content = block.words(grasp, touching)
         self.unpin.visible = session.pinned is not None
         if session.pinned is not None:
-            self._compared.content = text.compare_table(grasp, session.pinned)
+            self._compared.content = compare_table(grasp, session.pinned)
         else:
             self._compared.content = "*Pin a grasp, then plan or move: both are drawn and listed side by side.*"
         self._selected.content = self._details(session, grasp)

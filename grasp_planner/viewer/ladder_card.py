@@ -1,0 +1,99 @@
+"""The card of the verdict: its upper rungs are found piece by piece, in tenths of a second, while nothing moves."""
+
+from __future__ import annotations
+
+import html
+from collections import OrderedDict
+
+import numpy as np
+import viser
+
+from ..analysis.ladder import (
+    CLOSES,
+    NOT_MET,
+    PALM_ERROR,
+    SURVIVES,
+    Rung,
+    clear_rung,
+    closes_rung,
+    errors_found,
+    errors_rung,
+    holds_rung,
+    model_rung,
+    palm_error,
+)
+from ..closing.closing import ClosingReport
+from ..grasp.grasp import Grasp
+from .session import Session
+from .text import CARD
+from .verdict_card import verdict_card
+
+KEPT = 16
+"""Grasps whose answers are kept."""
+OPEN = "being checked …"
+SHIFTS = PALM_ERROR * np.vstack([np.eye(3), -np.eye(3)])
+
+
+class LadderCheck:
+    """What is known so far of the grasps shown last; for the worker's thread only."""
+
+    def __init__(self) -> None:
+        self._closes: OrderedDict[int, tuple[Grasp, Rung]] = OrderedDict()
+        self._errors: dict[int, list[ClosingReport]] = {}
+
+    def rungs(self, grasp: Grasp) -> tuple[Rung, ...]:
+        """Return the ladder as far as it is known."""
+        below = model_rung(grasp), clear_rung(grasp), holds_rung(grasp)
+        if not grasp.feasible:
+            return *below, Rung(CLOSES, None, NOT_MET), Rung(SURVIVES, None, NOT_MET)
+        if id(grasp) not in self._closes:
+            return *below, Rung(CLOSES, None, OPEN), Rung(SURVIVES, None, OPEN)
+        closes, reports = self._closes[id(grasp)][1], self._errors[id(grasp)]
+        if not closes.met:
+            return *below, closes, errors_rung(grasp)
+        whole = len(reports) == len(SHIFTS)
+        return *below, closes, errors_found(reports) if whole else Rung(SURVIVES, None, OPEN)
+
+    def step(self, grasp: Grasp) -> bool:
+        """Find one piece more; return whether there was one to find."""
+        if not grasp.feasible:
+            return False
+        if id(grasp) not in self._closes:
+            self._closes[id(grasp)] = grasp, closes_rung(grasp)
+            self._errors[id(grasp)] = []
+            if len(self._closes) > KEPT:
+                old, _ = self._closes.popitem(last=False)
+                del self._errors[old]
+            return True
+        reports = self._errors[id(grasp)]
+        if not self._closes[id(grasp)][1].met or len(reports) == len(SHIFTS):
+            return False
+        reports.append(palm_error(grasp, SHIFTS[len(reports)]))
+        return True
+
+
+class LadderCard:
+    """The card on top of the page; its methods are for the worker's thread.
+
+    Attributes:
+        widget: The HTML.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        self.widget = gui.add_html("")
+        self._session, self._check = session, LadderCheck()
+
+    def show(self) -> None:
+        """Show what is known of the grasp, or what is going on."""
+        session = self._session
+        if session.preview is not None:
+            self.widget.content = f"<div style='{CARD}'>{html.escape(session.preview.message)} …</div>"
+        else:
+            self.widget.content = verdict_card(session.grasp, session.note, self._check.rungs(session.grasp))
+
+    def climb(self) -> bool:
+        """Look at one more rung while nothing else is to do; return whether there was one."""
+        if self._session.preview is not None or not self._check.step(self._session.grasp):
+            return False
+        self.show()
+        return True
