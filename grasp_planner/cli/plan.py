@@ -33,7 +33,7 @@ EXIT_FEASIBLE, EXIT_INFEASIBLE, EXIT_INTERRUPTED = 0, 3, 130
     type=click.Path(path_type=Path, allow_dash=True),
     help="Write the grasp as JSON; - for standard output.",
 )
-@click.option("--picture", type=click.Path(path_type=Path), help="Write a picture of the grasp (PNG).")
+@click.option("--picture", type=click.Path(path_type=Path), help="Write a picture of the grasp (PNG or SVG).")
 @click.option("--explain/--no-explain", default=True, show_default=True, help="Without a feasible grasp: say why.")
 @click.option("--quiet", is_flag=True, help="No progress and no table.")
 def plan(

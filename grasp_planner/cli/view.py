@@ -12,6 +12,8 @@ from ..exceptions import InvalidValueError
 from .grasp_file import HAND, opened_grasp
 
 DEFAULT_PORT = 8080
+FILM_POSTURES = 14
+"""Postures of a film before the closed hand."""
 
 RESULT = click.Path(exists=False, dir_okay=False, path_type=Path)
 RESULT_OR_RUN = click.Path(exists=False, path_type=Path)
@@ -81,11 +83,22 @@ def view(
 @click.command("export")
 @click.argument("result", type=RESULT)
 @HAND
-@click.option("--html", "html_path", type=RESULT, required=True, help="HTML file to write.")
+@click.option("--html", "html_path", type=RESULT, help="HTML file to write.")
+@click.option("--gif", type=RESULT, help="Film of the closing hand to write.")
 @click.option("--title", default=None, help="Heading of the page.")
-def export(result: Path, hand: str | None, html_path: Path, title: str | None) -> None:
-    """Write the grasp of the file RESULT as one web page that opens offline."""
-    from ..viewer import export_html
+def export(result: Path, hand: str | None, html_path: Path | None, gif: Path | None, title: str | None) -> None:
+    """Write the grasp of the file RESULT as one web page that opens offline, or as a film of its closing."""
+    if html_path is None and gif is None:
+        raise click.UsageError("nothing to write: give --html FILE, --gif FILE or both")
+    grasp = opened_grasp(result, hand)
+    if html_path is not None:
+        from ..viewer import export_html
 
-    export_html(opened_grasp(result, hand), html_path, title)
-    click.echo(f"wrote {html_path}")
+        export_html(grasp, html_path, title)
+        click.echo(f"wrote {html_path}")
+    if gif is not None:
+        from ..drawing.film import save_film
+        from ..viewer.opening import approach
+
+        save_film(grasp, approach(grasp, FILM_POSTURES), gif)
+        click.echo(f"wrote {gif}")

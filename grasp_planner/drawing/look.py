@@ -27,7 +27,9 @@ PINNED_GHOST: Colour = (0, 150, 136)
 GHOST_OPACITY = 0.35
 GHOST_SCALE = 0.98
 """Ghosts are a little smaller, so that they show only where they differ from the hand."""
-OBJECT_OPACITY = 0.55
+OBJECT_OPACITY, PRINTED_OPACITY = 0.5, 0.4
+"""Of the object on the page and in pictures."""
+ELLIPSOID_OPACITY, CONE_OPACITY = 0.35, 0.4
 CONTACT_RADIUS = 0.0035
 """Radius of a contact's dot [m]."""
 NORMAL_LENGTH = 0.02

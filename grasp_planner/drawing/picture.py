@@ -10,36 +10,36 @@ import trimesh
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LightSource, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..files.writing import replacing
 from ..grasp.grasp import Grasp
 from ..hand.hand import Hand
-from ..model.task import Ellipsoid, transmission_ellipsoid
+from ..model.task import Ellipsoid
 from ..spatial import Array, Pose
 from ..synergies.space import SynergySpace
-from .meshes import link_meshes, link_placements, object_mesh
+from .camera import good_view
+from .look import Colour
+from .meshes import link_meshes, link_placements
+from .raster import render
+from .solids import GraspScene, framed, grasp_scene
 
 HAND_COLOUR = "#8d99ae"
 PALM_COLOUR = "#5c677d"
 OBJECT_COLOUR = "#e9c46a"
-FORCE_COLOUR = "#d62828"
-TASK_COLOUR = "#1d6f42"
-ELLIPSOID_COLOUR = "#4361ee"
-FORCE_ARROW = 0.05
-"""Length of the longest force arrow [m]."""
-TASK_ARROW = 0.09
-"""Length of the arrow of a task direction [m]."""
 ELLIPSOID_SIZE = 0.06
 """Half length at which the ellipsoid's longest finite axis is drawn [m]."""
 LONGEST_AXIS_RATIO = 4.0
 """Axes longer than this multiple of the shortest are cut there in the picture."""
-VIEWS = ((18.0, 0.0, "side"), (65.0, 0.0, "from above"))
-"""Elevation, azimuth from the palm's side [degrees] and title of each view."""
+VIEW_SIZE, HEADING, FOOTING, DPI = (620, 500), 66, 56, 120
+"""Width and height of a view, height of title and legend [pixels], pixels to an inch."""
+LABEL_ROOM, LABEL_WIDTH = 0.05, 0.17
+"""Least distance of labels by the height of a view, and their room beside it by its width."""
 
 
 def save_picture(grasp: Grasp, path: Path, *, title: str | None = None) -> None:
-    """Draw a grasp into a PNG file.
+    """Draw a grasp into a PNG file, or an SVG file by its suffix.
 
     Args:
         grasp: The grasp.
@@ -49,11 +49,13 @@ def save_picture(grasp: Grasp, path: Path, *, title: str | None = None) -> None:
     Raises:
         FileFormatError: If the file can't be written.
     """
-    _write_png(draw_grasp(grasp, title=title), path)
+    kind = "svg" if path.suffix.lower() == ".svg" else "png"
+    with replacing(path) as file:
+        draw_grasp(grasp, title=title).savefig(file, format=kind, dpi=DPI)
 
 
 def draw_grasp(grasp: Grasp, *, title: str | None = None) -> Figure:
-    """Return a figure with two views of a grasp.
+    """Return a figure with two views of a grasp, newtons beside the forces and a legend.
 
     Args:
         grasp: The grasp.
@@ -62,32 +64,78 @@ def draw_grasp(grasp: Grasp, *, title: str | None = None) -> Figure:
     Returns:
         A Matplotlib figure, independent of any display.
     """
-    figure = Figure(figsize=(12.0, 6.4), layout="constrained")
+    width, height = VIEW_SIZE
+    figure = Figure(figsize=(2 * (1.0 + LABEL_WIDTH) * width / DPI, (height + HEADING + FOOTING) / DPI), dpi=DPI)
     FigureCanvasAgg(figure)
-    palm = np.array(grasp.palm_pose.act(grasp.problem.hand.palm_in_root.translation))
-    facing = np.degrees(np.arctan2(palm[1], palm[0]))
-    for column, (elevation, turn, name) in enumerate(VIEWS):
-        axes = figure.add_subplot(1, 2, column + 1, projection="3d")
-        draw_scene(axes, grasp)
-        axes.view_init(elev=elevation, azim=facing + 90.0 + turn)
-        axes.set_title(name, fontsize=9)
-    figure.suptitle(title or _summary(grasp), fontsize=11)
+    scene = grasp_scene(grasp)
+    eye, target = good_view(grasp)
+    away = (eye - target) / np.linalg.norm(eye - target)
+    above = 0.35 * away + np.array([0.0, 0.0, 1.0])
+    share = height / (height + HEADING + FOOTING)
+    for column, (direction, name) in enumerate(((away, "side"), (above, "from above"))):
+        axes = figure.add_axes((0.5 * column, FOOTING / height * share, 0.5, share))
+        show_scene(axes, scene, direction)
+        axes.set_title(name, fontsize=8, color="#5c677d", y=0.97)
+    figure.suptitle(title or _summary(grasp), fontsize=10, y=0.99, va="top")
+    handles = [Patch(color=_rgb(colour), label=words) for colour, words in scene.legend]
+    columns = (len(handles) + 1) // 2
+    figure.legend(handles=handles, loc="lower center", ncols=columns, fontsize=8, frameon=False)
     return figure
 
 
-def draw_scene(axes: Any, grasp: Grasp) -> None:
-    """Draw hand, object, contacts, forces, task directions and the force ellipsoid into 3-D axes.
+def show_scene(axes: Any, scene: GraspScene, direction: Array, size: tuple[int, int] = VIEW_SIZE) -> None:
+    """Show a scene as an image in plane axes, with its labels at the sides.
 
     Args:
-        axes: Matplotlib 3-D axes.
-        grasp: The grasp.
+        axes: Matplotlib axes.
+        scene: What is to be seen.
+        direction: From what is seen towards the eye, in O.
+        size: Width and height [pixels].
     """
-    problem = grasp.problem
-    corners = draw_hand(axes, problem.hand, grasp.joint_angles, grasp.palm_pose, opacity=0.55)
-    add_mesh(axes, object_mesh(problem.grasp_object), OBJECT_COLOUR, 0.35)
-    _draw_forces(axes, grasp)
-    arrows = _draw_tasks(axes, grasp)
-    frame_axes(axes, np.vstack([corners, arrows, object_mesh(problem.grasp_object).bounds]))
+    view = framed(scene.solids, direction, *size)
+    axes.imshow(render(scene.solids, view))
+    axes.set_axis_off()
+    width, height = size
+    places = view.project(np.array([label.place for label in scene.labels]).reshape(-1, 3))[:, :2]
+    # The labels stand beside the image, on the side where the contacts are.
+    right = bool(len(places)) and float(np.median(places[:, 0])) >= width / 2.0
+    edge, side = (width, 1.0) if right else (0.0, -1.0)
+    axes.set_xlim(min(0.0, side * LABEL_WIDTH * width), max(width, edge + side * LABEL_WIDTH * width))
+    order = np.argsort(places[:, 1])
+    for i, row in zip(order, spread(places[order, 1] / height, LABEL_ROOM), strict=True):
+        colour = _rgb(scene.labels[i].colour)
+        axes.annotate(
+            scene.labels[i].text,
+            places[i],
+            (edge + 0.01 * side * width, row * height),
+            ha="left" if right else "right",
+            va="center",
+            fontsize=7.5,
+            color=colour,
+            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6, "alpha": 0.7},
+        )
+
+
+def spread(wanted: Array, room: float) -> Array:
+    """Return places from 0 to 1 in the order of those wanted, near them and so far apart that labels have room.
+
+    Args:
+        wanted: Where they should be, ascending.
+        room: Least distance.
+    """
+    found = np.array(wanted, dtype=float)
+    for i in range(1, len(found)):
+        found[i] = max(found[i], found[i - 1] + room)
+    # What has run over the end is pushed back.
+    for i, last in zip(range(len(found) - 1, -1, -1), np.arange(1.0, -1.0, -room), strict=False):
+        found[i] = min(found[i], last - room)
+    return found
+
+
+def _rgb(colour: Colour) -> tuple[float, float, float]:
+    """Return a colour as Matplotlib wants it."""
+    red, green, blue = colour
+    return red / 255.0, green / 255.0, blue / 255.0
 
 
 def save_synergy_strip(hand: Hand, space: SynergySpace, path: Path) -> None:
@@ -212,29 +260,6 @@ def add_mesh(axes: Any, mesh: trimesh.Trimesh, colour: str, opacity: float) -> N
     faces = np.clip(np.outer(0.45 + 0.55 * shade, to_rgb(colour)), 0.0, 1.0)
     rgba = np.column_stack([faces, np.full(len(faces), opacity)])
     axes.add_collection3d(Poly3DCollection(mesh.triangles, facecolors=rgba, linewidths=0.0))
-
-
-def _draw_forces(axes: Any, grasp: Grasp) -> None:
-    """Draw contact points and the forces of the hand on the object, pointing at the contacts."""
-    points, forces = grasp.contacts.points, grasp.forces
-    axes.scatter(*points.T, color="black", s=14, depthshade=False)
-    largest = float(np.linalg.norm(forces, axis=1).max())
-    if largest > 0.0:
-        arrows = forces * (FORCE_ARROW / largest)
-        axes.quiver(*(points - arrows).T, *arrows.T, color=FORCE_COLOUR, linewidth=1.8, arrow_length_ratio=0.25)
-
-
-def _draw_tasks(axes: Any, grasp: Grasp) -> list[Array]:
-    """Draw the task directions from the object's centre, and the force ellipsoid; return the tips of the arrows."""
-    tips = []
-    for task in grasp.problem.tasks:
-        part = task.direction[3:] if task.kind == "torque" else task.direction[:3]
-        style = "--" if task.is_motion else "-"
-        tips.append(TASK_ARROW * part)
-        axes.quiver(0, 0, 0, *tips[-1], color=TASK_COLOUR, linewidth=2.4, linestyle=style)
-    mesh, _ = ellipsoid_mesh(transmission_ellipsoid(grasp.object_synergy_map, "force"))
-    add_mesh(axes, mesh, ELLIPSOID_COLOUR, 0.18)
-    return tips
 
 
 def frame_axes(axes: Any, corners: Array) -> None:

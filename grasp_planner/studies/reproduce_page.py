@@ -8,8 +8,11 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ..drawing.page_parts import html_images, html_page, html_table, markdown_table, new_figure, png
-from ..drawing.picture import draw_scene
+from ..drawing.picture import show_scene
+from ..drawing.solids import grasp_scene
 from ..files.writing import make_folder, write_bytes, write_text
 from .reproduce import CellResult, ParetoPoint
 
@@ -155,10 +158,10 @@ def _scenes(cells: Sequence[CellResult], direction: str, title: str) -> bytes:
     chosen = [cell for cell in cells if cell.cell.table == 1 and cell.cell.direction == direction]
     figure = new_figure((16.0, 4.8))
     for column, result in enumerate(chosen):
-        axes = figure.add_subplot(1, len(chosen), column + 1, projection="3d")
-        draw_scene(axes, result.grasp)
+        axes = figure.add_subplot(1, len(chosen), column + 1)
         palm = result.grasp.palm_pose.act(result.grasp.problem.hand.palm_in_root.translation)
-        axes.view_init(elev=25.0, azim=math.degrees(math.atan2(palm[1], palm[0])) + 90.0)
+        side = np.array([-palm[1], palm[0], 0.45 * math.hypot(palm[0], palm[1])])
+        show_scene(axes, grasp_scene(result.grasp), side)
         angle, degenerate = result.grasp.alignments[0]
         axes.set_title(
             f"n_s = {result.cell.n_synergies}: F = {result.grasp.force_norm:.2f} N, {angle:.1f}°"

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.drawing import look
+from grasp_planner.drawing import look, shapes
 from grasp_planner.grasp.verdict import Violation
 from grasp_planner.model.task import Ellipsoid
 from grasp_planner.problem.term import METRE, ONE, RADIAN, Unit
@@ -18,7 +18,6 @@ from grasp_planner.viewer.live import LiveState, contact_share, evaluate
 from grasp_planner.viewer.opening import approach, close_along
 from grasp_planner.viewer.panels.synergies import SynergyRange, limit_marks, synergy_ranges
 from grasp_planner.viewer.presets import paper_presets
-from grasp_planner.viewer.scene import shapes
 from grasp_planner.viewer.scene.clearances import closest_lines, link_clearances
 from grasp_planner.viewer.scene.draw_extras import torque_arrows
 from grasp_planner.viewer.session import Session

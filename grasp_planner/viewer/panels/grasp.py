@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 import viser
 
 from ...grasp.grasp import Grasp
@@ -117,7 +118,7 @@ def link_details(grasp: Grasp, link: str) -> str:
     """Return the numbers of a link (Markdown): its joint, limits, torque, contacts and clearances."""
     hand = grasp.problem.hand
     lines = [f"**Link {link}**", ""]
-    frame = hand.model.frames[hand.model.getFrameId(link)]
+    frame = hand.model.frames[hand.model.getFrameId(link, pin.FrameType.BODY)]
     joint = frame.parentJoint
     if joint:
         name = hand.model.names[joint]

@@ -12,6 +12,7 @@ import viser
 
 from ...drawing import look
 from ...drawing.meshes import object_mesh
+from ...drawing.shapes import Faces, cone_mesh, ellipsoid_shape
 from ...exceptions import GraspPlannerError
 from ...grasp.grasp import Grasp
 from ...model.task import transmission_ellipsoid
@@ -19,7 +20,6 @@ from ...problem.problem import GraspProblem
 from ...spatial import Array, Pose, rotation_between
 from ..live import contact_share
 from .draw_hand import place
-from .shapes import Faces, cone_mesh, ellipsoid_shape
 
 ROOT = "/object"
 
@@ -148,7 +148,7 @@ class GraspDrawing:
             still,
             batched_scales=np.column_stack([width, width, np.ones(n_c)]).astype(np.float32),
             batched_colors=np.tile(look.CONE_GOOD, (n_c, 1)).astype(np.uint8),
-            opacity=0.4,
+            opacity=look.CONE_OPACITY,
             side="double",
             cast_shadow=False,
         )
@@ -252,7 +252,7 @@ class GraspDrawing:
             vertices,
             faces,
             color=colour,
-            opacity=0.3,
+            opacity=look.ELLIPSOID_OPACITY,
             side="double",
             cast_shadow=False,
             receive_shadow=False,

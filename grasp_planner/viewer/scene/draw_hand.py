@@ -10,9 +10,8 @@ import trimesh
 import viser
 
 from ...drawing import look
-from ...drawing.meshes import link_meshes
+from ...drawing.meshes import drawn_mesh, link_meshes
 from ...hand.configuration import HandConfiguration
-from ...hand.geometry_mesh import geometry_mesh
 from ...hand.hand import Hand
 from ...spatial import Array, Pose
 
@@ -119,13 +118,12 @@ class HandDrawing:
             geometry = geometries[entry.geometry_id]
             self.links[entry.name] = entry.link
             self._colours[entry.name] = self._usual(entry.name)
-            mesh = _rounded(geometry.geometry, entry.mesh)
+            mesh = entry.mesh
             handle = scene.add_mesh_simple(
                 f"{self._paths[geometry.parentJoint]}/link_{entry.geometry_id}",
                 np.array(mesh.vertices),
                 np.array(mesh.faces),
                 color=self._colours[entry.name],
-                flat_shading=_is_box(geometry.geometry),
             )
             place(handle, geometry.placement)
             self.meshes[entry.name] = handle
@@ -136,7 +134,7 @@ class HandDrawing:
         for geometry in self.hand.collision_model.geometryObjects:
             if geometry.parentJoint == 0 and not self._whole:
                 continue
-            mesh = geometry_mesh(geometry.geometry)
+            mesh = drawn_mesh(geometry.geometry)
             mesh.apply_transform(geometry.placement.homogeneous)
             parts.setdefault(geometry.parentJoint, []).append(mesh)
         for joint, meshes in parts.items():
@@ -157,7 +155,7 @@ class HandDrawing:
         link = self.links[name]
         if link == self.hand.description.palm.link:
             return look.PALM
-        joint = self.hand.model.frames[self.hand.model.getFrameId(link)].parentJoint
+        joint = self.hand.model.frames[self.hand.model.getFrameId(link, pin.FrameType.BODY)].parentJoint
         return look.PAD if joint in self._tips else look.HAND
 
 
@@ -178,15 +176,3 @@ def pose_of(handle: Any) -> Pose:
     w, x, y, z = np.asarray(handle.wxyz, dtype=float)
     rotation = pin.Quaternion(np.array([x, y, z, w])).normalized().matrix()
     return Pose(rotation, np.array(handle.position, dtype=float))
-
-
-def _rounded(geometry: Any, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a mesh with shared corners, so that it is shaded smoothly."""
-    if not _is_box(geometry):
-        mesh.merge_vertices()
-    return mesh
-
-
-def _is_box(geometry: Any) -> bool:
-    """Return whether a geometry has flat faces only."""
-    return type(geometry).__name__ == "Box"

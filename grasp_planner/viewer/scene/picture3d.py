@@ -10,12 +10,12 @@ import numpy as np
 import viser
 
 from ...drawing import look
+from ...drawing.camera import FIELD_OF_VIEW, good_view
 from ...grasp.grasp import Grasp
 from ...problem.problem import GraspProblem
 from ...spatial import Array
 from ..live import contact_share
 from ..session import Session
-from .camera import FIELD_OF_VIEW, good_view
 from .clearances import link_clearances
 from .draw_extras import EXTRAS, ExtraDrawing
 from .draw_grasp import DisplayOptions, GraspDrawing

@@ -1,4 +1,4 @@
-"""Meshes the viewer draws besides hand and object: friction cones, and ellipsoids cut open where they are unbounded."""
+"""Meshes drawn besides hand and object: friction cones, and ellipsoids cut open where they are unbounded."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from ...model.task import Ellipsoid
-from ...spatial import Array
+from ..model.task import Ellipsoid
+from ..spatial import Array
 
 Mask = npt.NDArray[np.bool_]
 Faces = npt.NDArray[np.intp]

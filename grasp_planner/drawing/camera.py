@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...drawing.look import TASK_LENGTH
-from ...drawing.meshes import link_meshes, link_placements
-from ...grasp.grasp import Grasp
-from ...spatial import Array
+from ..grasp.grasp import Grasp
+from ..spatial import Array
+from .look import TASK_LENGTH
+from .meshes import link_meshes, link_placements
 
 FIELD_OF_VIEW = 0.7
 """Vertical field of view of the camera [rad]."""
