@@ -14,7 +14,7 @@ SECONDS = 240
 
 def test_all_notebooks_are_there_and_named_in_the_guide():
     guide = (ROOT / "docs" / "notebooks.md").read_text(encoding="utf-8")
-    assert [path.name[:2] for path in NOTEBOOKS] == ["01", "02", "03", "04", "05", "06"]
+    assert [path.name[:2] for path in NOTEBOOKS] == ["01", "02", "03", "04", "05", "06", "07"]
     assert all(path.name in guide for path in NOTEBOOKS)
 
 
