@@ -1,13 +1,17 @@
 """The commands that analyse and improve a planned grasp."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
+from grasp_planner.analysis import contact_set
 from grasp_planner.cli.main import main
+from grasp_planner.drawing.measures_picture import measures_figure
+from grasp_planner.model import quasi_static_maps
 from grasp_planner.records.analysis_record import AnalysisRecord
 
 
@@ -82,6 +86,17 @@ def test_analyse_compares_two_grasps_in_every_measure_and_draws(file, tmp_path):
     assert found["norm of the forces"].value == pytest.approx(np.linalg.norm(grasp.forces))
     assert found["least friction to spare"].value == pytest.approx(grasp.friction_margins.min())
     assert found["imbalance"].value < 1e-9
+
+
+def test_the_picture_shows_stiffness_and_reach_where_springs_hold_the_object(planned):
+    contacts = contact_set(planned)
+    figure = measures_figure(contacts)
+    assert len(figure.axes) == 9
+    moved = quasi_static_maps(contacts.springs).commands.object_motion
+    x, y = figure.axes[6].lines[0].get_data()
+    assert x.max() == pytest.approx(1e3 * np.linalg.norm(moved[0]), rel=1e-2)
+    assert y.max() == pytest.approx(1e3 * np.linalg.norm(moved[1]), rel=1e-2)
+    assert len(measures_figure(replace(contacts, springs=None)).axes) == 3
 
 
 CONTACTS = {

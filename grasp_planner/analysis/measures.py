@@ -117,52 +117,44 @@ def contact_set(grasp: Grasp) -> ContactSet:
     )
 
 
-def measure_contacts(contacts: ContactSet, *, everything: bool = True) -> tuple[Measure, ...]:
+def measure_contacts(contacts: ContactSet, *, everything: bool = True, quick: bool = False) -> tuple[Measure, ...]:
     """Return the measures of contacts, in groups.
 
     Args:
         contacts: The contacts.
         everything: Whether all are computed, or only the ones that matter most.
+        quick: Whether ε, volume and min-weight, which take tenths of a second, are left out.
 
     Returns:
         The measures; what lacks forces, a hand or stiffness is left out.
     """
-    found = [*_wrenches(contacts, everything), *_forces(contacts)]
+    found = [*_wrenches(contacts, everything, quick), *_forces(contacts)]
     if contacts.springs is not None:
         found += [*_hand(contacts, contacts.springs), *_stiffness(contacts, contacts.springs)]
     found += _shape(contacts)
     return tuple(each for each in found if everything or each.main)
 
 
-def _wrenches(contacts: ContactSet, everything: bool) -> list[Measure]:
+def _wrenches(contacts: ContactSet, everything: bool, quick: bool) -> list[Measure]:
     """Return what can be resisted."""
     group, unit = "wrenches it can exert", f"moments over {1e3 * contacts.length:.0f} mm"
     space = contacts.wrench_space()
     closure = quality.force_closure(contacts.points, contacts.normals, space.friction, contacts.model)
     found = [
         Measure(group, "force-closure margin", closure, "", "above 0: the contacts can resist any wrench", True),
-        Measure(
-            group,
-            "ε, sum of normal forces 1 N",
-            epsilon(space, tolerance=1e-3, max_points=250).value,
-            "N",
-            f"the least wrench, {unit}, that takes 1 N in all [Ferrari, Canny]",
-            True,
-        ),
     ]
-    if everything:
-        each = contacts.wrench_space("Linf")
-        least, volume, weight = (
-            epsilon(each, tolerance=1e-3, max_points=250).value,
-            wrench_volume(space),
-            edge_wrenches(space, 6),
-        )
+    if not quick:
+        least = epsilon(space, tolerance=1e-3, max_points=250).value
+        says = f"the least wrench, {unit}, that takes 1 N in all [Ferrari, Canny]"
+        found.append(Measure(group, "ε, sum of normal forces 1 N", least, "N", says, True))
+    if everything and not quick:
+        each, weight = contacts.wrench_space("Linf"), edge_wrenches(space, 6)
+        least, volume = epsilon(each, tolerance=1e-3, max_points=250).value, wrench_volume(space)
+        even = len(weight) * min_weight(weight)[0]
         found += [
             Measure(group, "ε, every normal force 1 N", least, "N", f"the same with 1 N at each contact, {unit}"),
             Measure(group, "volume of wrenches", volume, "N⁶", "of pyramids of 8 edges, normal forces of 1 N in all"),
-            Measure(
-                group, "min-weight n·l*", len(weight) * min_weight(weight)[0], "", "0 to 1: how evenly forces cancel"
-            ),
+            Measure(group, "min-weight n·l*", even, "", "0 to 1: how evenly forces cancel"),
         ]
     scaled, about = space.grasp, f"of G, {unit}"
     return [

@@ -1,7 +1,8 @@
-"""Slices of what a grasp can exert and of how stiffly it holds: forces, moments zero, in the three planes."""
+"""What a grasp can exert, how stiffly it holds and where motors move the object, in the three planes."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,10 +12,11 @@ from ..analysis.measures import ContactSet
 from ..analysis.wrench_space import epsilon, reach
 from ..exceptions import InvalidValueError
 from ..files.writing import replacing
-from ..model.stiffness import grasp_stiffness
+from ..model.quasi_static import quasi_static_maps
 from ..spatial import Array
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 PLANES = ((0, 1), (0, 2), (1, 2))
@@ -38,16 +40,18 @@ def draw_measures(contacts: ContactSet, path: Path) -> None:
 
 
 def measures_figure(contacts: ContactSet) -> Figure:
-    """Return a figure: wrench space with ε above, displacement under a force below; one column a plane.
+    """Return a figure: wrench space with ε, displacement under a force, reach of the motors; one column a plane.
+
+    Forces and displacements are slices, moments zero; the reach of the motors is the shadow of an ellipsoid.
 
     Args:
-        contacts: The contacts; without springs the lower row is left out.
+        contacts: The contacts; without springs that hold the object there is the first row alone.
     """
     from matplotlib.figure import Figure
 
     space = contacts.wrench_space()
     radius, compliance = epsilon(space, tolerance=1e-3, max_points=250).value, _shift_compliance(contacts)
-    rows = 1 if compliance is None else 2
+    rows = 1 if compliance is None else 3
     figure = Figure(figsize=(10.0, 3.5 * rows), layout="constrained")
     grid = figure.subplots(rows, 3, squeeze=False)
     turn = np.linspace(0.0, 2.0 * np.pi, ANGLES + 1)
@@ -66,7 +70,20 @@ def measures_figure(contacts: ContactSet) -> Figure:
             axes.plot(*(1e3 * circle @ compliance[np.ix_(plane, plane)]).T)
             axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]", aspect="equal")
         grid[1, 1].set_title("where 1 N around the circle moves the object")
+        _draw_reach(contacts, grid[2], circle)
     return figure
+
+
+def _draw_reach(contacts: ContactSet, row: Sequence[Axes], circle: Array) -> None:
+    """Draw the manipulability: where motors move the object, their references 1 rad from where they are in all."""
+    assert contacts.springs is not None
+    moved = quasi_static_maps(contacts.springs).commands.object_motion[:3]
+    for axes, plane in zip(row, PLANES, strict=True):
+        left, sizes, _ = np.linalg.svd(moved[list(plane)])
+        widths = np.pad(sizes, (0, 2 - len(sizes)))
+        axes.plot(*(1e3 * (circle * widths) @ left.T).T)
+        axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]", aspect="equal")
+    row[1].set_title("where motors of 1 rad in all move the object")
 
 
 def _shift_compliance(contacts: ContactSet) -> Array | None:
@@ -74,6 +91,6 @@ def _shift_compliance(contacts: ContactSet) -> Array | None:
     if contacts.springs is None:
         return None
     try:
-        return np.linalg.inv(grasp_stiffness(contacts.springs))[:3, :3]
+        return quasi_static_maps(contacts.springs).wrench.object_motion[:3, :3]
     except InvalidValueError:
         return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ..analysis.measures import contact_set, measure_contacts
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
 from ..grasp.verdict import Violation
 from ..problem.term import METRE, Unit
@@ -141,6 +142,18 @@ def violation_table(grasp: Grasp) -> str:
         rows.append(f"| {readable(name)} | {quantity(found.value, found.unit)} | {mark} |")
     rows.append(f"| force closure | {number(grasp.force_closure_margin)} | {'✔' if grasp.force_closed else '✘'} |")
     return "\n".join(rows)
+
+
+def measure_table(grasp: Grasp, *, in_contact: bool = True) -> str:
+    """Return the measures that matter most and take no time, group by group (Markdown)."""
+    if not in_contact:
+        return "*The fingertips do not touch.*"
+    rows = ["| measure | value | |", "|---|--:|---|"]
+    for measure in measure_contacts(contact_set(grasp), everything=False, quick=True):
+        value = measure.text or number(measure.value)
+        says = measure.says.replace("|", "\\|")
+        rows.append(f"| {measure.name} | {value} {measure.unit} | {says} |")
+    return "\n".join([*rows, "", "*ε and all others: `grasp-planner analyse --all`.*"])
 
 
 def joint_table(grasp: Grasp) -> str:

@@ -169,6 +169,12 @@ def test_all_numbers_of_all_requirements_are_listed(grasp):
     table = text.violation_table(grasp)
     for name in grasp.violations:
         assert text.readable(name) in table
+    measures = text.measure_table(grasp)
+    for name in ("force-closure margin", "internal forces commanded", "softest shift"):
+        assert name in measures
+    assert "ε, sum" not in measures, "what takes long is left to the command line"
+    assert {line.replace("\\|", "").count("|") for line in measures.splitlines()[:-2]} == {4}
+    assert "do not touch" in text.measure_table(grasp, in_contact=False)
     assert text.joint_table(grasp).count("\n") == len(grasp.problem.hand.joint_names) + 1
     assert "friction cone" in text.contact_details(grasp, 0)
     assert compare_table(grasp, grasp).count("|") > 20

@@ -50,6 +50,7 @@ class GraspFolder:
 BLOCKS = (
     GraspFolder("Contacts", lambda grasp, touching: text.contact_table(grasp, in_contact=touching), open=True),
     GraspFolder("All requirements", lambda grasp, _: text.violation_table(grasp)),
+    GraspFolder("Measures", lambda grasp, touching: text.measure_table(grasp, in_contact=touching)),
     GraspFolder("Joints and torques", lambda grasp, _: text.joint_table(grasp)),
 )
 """All folders, in their order; to tell more about a grasp, add one."""
