@@ -60,6 +60,28 @@ def unit_vector(field: str, values: npt.ArrayLike, size: int = 3) -> Array:
     return array if abs(length - 1.0) < UNIT_ROUNDING else readonly(array / length)
 
 
+def positive_definite(field: str, values: npt.ArrayLike, size: int) -> Array:
+    """Return a symmetric positive definite matrix, checked.
+
+    Args:
+        field: Name used in the error.
+        values: The matrix.
+        size: Number of its rows.
+
+    Returns:
+        Read-only matrix of shape (size, size), exactly symmetric.
+
+    Raises:
+        InvalidValueError: If it has another shape, or is not finite, symmetric to rounding and positive definite.
+    """
+    matrix = finite_array(field, values, (size, size))
+    largest = np.abs(matrix).max(initial=0.0)
+    skewed = np.abs(matrix - matrix.T).max(initial=0.0) > 1e-9 * largest
+    if skewed or np.linalg.eigvalsh(matrix).min(initial=1.0) <= 1e-12 * largest:
+        raise InvalidValueError(field, matrix.tolist(), "a symmetric positive definite matrix")
+    return readonly(0.5 * (matrix + matrix.T))
+
+
 LARGEST = 1e9
 """Largest positive number where nothing narrower is known: products of several of them are finite."""
 

@@ -77,7 +77,17 @@ def in_palm(problem: gp.GraspProblem, start: object) -> tuple[object, np.ndarray
 @pytest.mark.parametrize("name", CASES)
 def test_rows_equal_the_terms_of_the_search(name, rng):
     """Values and derivatives to 1e-11 of their largest; equilibrium in the palm frame instead of the object's."""
-    problem = make_problem(name)
+    compare_rows(make_problem(name), rng)
+
+
+def test_rows_equal_the_terms_where_joints_bend_each_other(rng):
+    problem = make_problem("tendons")
+    root = rng.normal(size=(7, 7))
+    parameters = replace(problem.parameters, joint_compliance=tuple(map(tuple, (root @ root.T + np.eye(7)).tolist())))
+    compare_rows(replace(problem, parameters=parameters), rng)
+
+
+def compare_rows(problem, rng):
     starts, states = random_states(problem, rng, 4)
     found = {rows.name: rows for rows in BatchedProblem(problem).rows(states) if rows.value.size}
     terms = {term.name: term for term in problem_constraints(problem)}

@@ -9,7 +9,7 @@ from scipy.optimize import fsolve
 
 import grasp_planner as gp
 from grasp_planner.hand.configuration import HandConfiguration
-from grasp_planner.model.compliance import series_stiffness
+from grasp_planner.model.compliance import bent, series_stiffness
 from grasp_planner.spatial import rotation_between
 from tests.finite_differences import central_differences
 from tests.stored import stored
@@ -39,7 +39,7 @@ def equilibrium(grasp, twist):
     centres = points - radii[:, None] * normals
     before = tip_rotations(problem, grasp.joint_angles, grasp.palm_pose)
     stiffness = problem.parameters.contact_stiffness
-    reference = grasp.joint_angles + problem.joint_compliance * grasp.joint_torques
+    reference = grasp.joint_angles + bent(problem.joint_compliance, grasp.joint_torques)
 
     def contact(q):
         tips = gp.model.fingertip_positions(problem.hand, problem.frames, q, palm)
@@ -62,7 +62,7 @@ def equilibrium(grasp, twist):
         force, where, moment = contact(q)
         twists = HandConfiguration(problem.hand, q, palm).contact_twists(problem.frames, where)
         torques = np.einsum("ijk,ij->k", twists, np.hstack([force, moment]))
-        return q - reference + problem.joint_compliance * torques
+        return q - reference + bent(problem.joint_compliance, torques)
 
     q = fsolve(imbalance, grasp.joint_angles, full_output=True, xtol=1e-14)[0]
     assert np.abs(imbalance(q)).max() < 1e-10

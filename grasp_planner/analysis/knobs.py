@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..problem.parameters import plain_compliance
 from ..problem.problem import GraspProblem
 from ..spatial import readonly
 
@@ -106,7 +107,7 @@ def _compliance_knob(problem: GraspProblem, sign: float, word: str) -> Knob:
     parameters = problem.parameters
 
     def apply(value: float) -> GraspProblem:
-        scaled = tuple((value * problem.joint_compliance).tolist())
+        scaled = plain_compliance(value * problem.joint_compliance)
         return replace(problem, parameters=replace(parameters, joint_compliance=scaled))
 
     steps = np.geomspace(1.0, COMPLIANCE_FACTOR_LIMIT, 6)[1:] ** sign

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
+from ..model.compliance import joint_stiffness
 from ..model.contact_model import ContactModel
 from ..model.force_closure import HARD
 from ..model.friction import friction_margins
@@ -97,13 +98,13 @@ class ContactSet(Value):
 def contact_set(grasp: Grasp) -> ContactSet:
     """Return the contacts of a planned grasp."""
     problem, springs = grasp.problem, None
-    if problem.parameters.contact_stiffness > 0.0 and (np.asarray(problem.joint_compliance) > 0.0).all():
+    if problem.parameters.contact_stiffness > 0.0 and not problem.rigid_joints.any():
         springs = compliant_grasp(
             grasp.grasp_matrix,
             grasp.hand_jacobian,
             problem.synergies.basis,
             contact_stiffness=problem.contact_springs,
-            joint_stiffness=1.0 / problem.joint_compliance,
+            joint_stiffness=joint_stiffness(problem.joint_compliance),
         )
     return ContactSet(
         grasp.contacts.points,

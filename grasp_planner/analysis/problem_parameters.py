@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..grasp.grasp import Grasp
+from ..problem.parameters import plain_compliance
 from ..problem.problem import GraspProblem
 from ..spatial import Array, readonly
 
@@ -63,7 +64,7 @@ def parameters_of(grasp: Grasp) -> tuple[Parameter, ...]:
         Parameter("mass", "kg", mass, mass, lambda p: replace(problem, grasp_object=replace(shape, mass=mass + p))),  # type: ignore[call-arg]
         Parameter("object size", "", 1.0, 1.0, lambda p: replace(problem, grasp_object=shape.resized(1.0 + p))),
         Parameter(
-            "joint compliance", "", 1.0, 1.0, lambda p: with_model(joint_compliance=tuple(((1.0 + p) * c_q).tolist()))
+            "joint compliance", "", 1.0, 1.0, lambda p: with_model(joint_compliance=plain_compliance((1.0 + p) * c_q))
         ),
         Parameter(
             "contact stiffness", "N/m", stiffness, stiffness, lambda p: with_model(contact_stiffness=stiffness + p)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..hand.kinematics import ContactKinematics, HandKinematics
+from ..model.compliance import bent, joint_stiffness, softened
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose, rotation_exp, skew
 from .contact_law import Flags, block_diagonal, contact_axes, contact_rows
@@ -200,13 +201,10 @@ class RestSolver:
     ) -> tuple[_Place, tuple[Array, Array, Array] | None, float]:
         """Return kinematics, the Newton step (δq, δf, twist of the palm in O) and the largest residual, scaled."""
         self.left -= 1
-        problem, place, anchors = self.problem, self._place(state), conditions.anchors
+        place, anchors = self._place(state), conditions.anchors
         m = place.gaps.size * 3
         torques = place.jacobian.reshape(m, -1).T @ state.forces.ravel()
-        wanted = conditions.reference - problem.joint_compliance * torques
-        inside = np.clip(wanted, problem.hand.lower, problem.hand.upper)
-        off_joints = state.q - inside - LIMIT_SOFTNESS * (wanted - inside)
-        soft = np.where(wanted == inside, 1.0, LIMIT_SOFTNESS) * problem.joint_compliance
+        off_joints, soft = self._springs(state.q, conditions.reference, torques)
         axes = contact_axes(place.normals)
         local = np.einsum("ijk,ik->ij", axes, state.forces)
         slip = np.einsum("ijk,ik->ij", axes, self._slip(state, before, place, anchors))[:, 1:]
@@ -215,7 +213,7 @@ class RestSolver:
         # Motion of the contact points over the object, along the axes of the contacts.
         by_joint = (axes @ place.jacobian).reshape(m, -1)
         by_palm = (axes @ place.grasp.T.reshape(-1, 3, 6)).reshape(m, 6)
-        compliance = (by_joint * soft) @ by_joint.T + DAMPING * np.eye(m)
+        compliance = softened(by_joint, soft) @ by_joint.T + DAMPING * np.eye(m)
         matrix = by_force - by_motion @ compliance
         right = by_motion @ (by_joint @ off_joints) - off
         residual = max(100.0 * float(np.abs(off_joints).max()), float(np.abs(off).max()))
@@ -230,9 +228,38 @@ class RestSolver:
             return place, None, residual
         d_local, twist = solution[:m], solution[m:] if conditions.wrench is not None else np.zeros(6)
         share = min(1.0, FURTHEST / max(float(np.linalg.norm(twist * _UNITS)), 1e-12))
-        d_q = -off_joints - soft * (by_joint.T @ d_local)
+        d_q = -off_joints - bent(soft, by_joint.T @ d_local)
         d_f = np.einsum("ikj,ik->ij", axes, d_local.reshape(-1, 3))
         return place, (share * d_q, share * d_f, share * twist), residual
+
+    def _springs(self, q: Array, reference: Array, torques: Array) -> tuple[Array, Array]:
+        """Return how far joints are from where springs, torques and stops put them, and how they yield to torques.
+
+        With joints that bend each other the stops act through D = 1/diag(K_q): a joint within its limits is where
+        q − D (K_q (q − q_r) + τ) says, which for a diagonal is q_r − C_q τ.
+
+        Args:
+            q: Posture [rad], of shape (n_q,).
+            reference: q_r [rad], of shape (n_q,).
+            torques: τ [N m], of shape (n_q,).
+
+        Returns:
+            The step to that place, negative, of shape (n_q,), and the compliance, of shape (n_q,) or (n_q, n_q).
+        """
+        hand, c_q = self.problem.hand, self.problem.joint_compliance
+        if c_q.ndim == 1:
+            wanted, own = reference - c_q * torques, c_q
+        else:
+            stiffness = joint_stiffness(c_q)
+            own = 1.0 / np.diag(stiffness)
+            wanted = q - own * (stiffness @ (q - reference) + torques)
+        inside = np.clip(wanted, hand.lower, hand.upper)
+        off = q - inside - LIMIT_SOFTNESS * (wanted - inside)
+        free = np.where(wanted == inside, 1.0, LIMIT_SOFTNESS)
+        if c_q.ndim == 1:
+            return off, free * own
+        slope = np.diag(1.0 - free) + (free * own)[:, None] * stiffness
+        return np.linalg.solve(slope, off), np.linalg.solve(slope, np.diag(free * own))
 
     def _balance(
         self, state: RestState, before: RestState, place: _Place, conditions: Conditions

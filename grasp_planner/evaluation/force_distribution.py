@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..model.compliance import bent, softened
 from ..problem.problem import GraspProblem
 from ..spatial import Array
 from .contact_geometry import ContactGeometry
@@ -20,7 +21,7 @@ class ForceDistribution:
         self.geometry = geometry
         self.joint_compliance = problem.joint_compliance
         self.contact_stiffness = problem.contact_springs
-        softness = (jacobian * self.joint_compliance) @ jacobian.T
+        softness = softened(jacobian, self.joint_compliance) @ jacobian.T
         softness.ravel()[:: len(softness) + 1] += problem.structural_compliances
         self.stiffness = np.linalg.inv(softness)  # K_m
         self.synergy_jacobian = jacobian @ problem.synergies.basis  # J_s
@@ -69,9 +70,9 @@ class ForceDistribution:
         """Return dJ S δσ and (dJ C_q Jᵀ + J C_q dJᵀ) a for fixed S δσ and a, each of shape (m, n_g)."""
         d_jacobian, jacobian, c_q = self.geometry.d_jacobian, self.geometry.jacobian, self.joint_compliance
         n_g, m, n_q = d_jacobian.shape
-        vectors = np.column_stack([self.joint_displacement, c_q * (jacobian.T @ strain)])
+        vectors = np.column_stack([self.joint_displacement, bent(c_q, jacobian.T @ strain)])
         products = (d_jacobian.reshape(n_g * m, n_q) @ vectors).reshape(n_g, m, 2)
-        d_softness = products[:, :, 1].T + (jacobian * c_q) @ (strain @ d_jacobian).T
+        d_softness = products[:, :, 1].T + softened(jacobian, c_q) @ (strain @ d_jacobian).T
         return products[:, :, 0].T, d_softness
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..model.compliance import bent, softened
 from ..problem.problem import GraspProblem
 from ..spatial import Array
 from .contact_geometry import ContactGeometry
@@ -68,7 +69,7 @@ def passive_response(
 
     Args:
         geometry: Contacts with derivatives.
-        joint_compliance: C_q [rad/(N m)], of shape (n_q,).
+        joint_compliance: C_q [rad/(N m)], a diagonal of shape (n_q,) or a matrix of shape (n_q, n_q).
         contact_stiffness: K_c [N/m], one number or of shape (m,).
         displaced: Whether to append the answer to displacements of the object.
 
@@ -77,7 +78,7 @@ def passive_response(
     """
     jacobian, grasp, d_jacobian = geometry.jacobian, geometry.grasp, geometry.d_jacobian
     n_g, m, n_q = d_jacobian.shape
-    soft = jacobian * joint_compliance
+    soft = softened(jacobian, joint_compliance)
     compliance = soft @ jacobian.T
     compliance.ravel()[:: m + 1] += 1.0 / np.asarray(contact_stiffness)
     stiffness = np.linalg.inv(compliance)
@@ -90,7 +91,7 @@ def passive_response(
     size = matrix.shape[1]
 
     # Third axis of what follows: the unit disturbances; second: the variables.
-    by_torque = (d_jacobian.reshape(-1, n_q) @ (joint_compliance[:, None] * torques)).reshape(n_g, m, size)
+    by_torque = (d_jacobian.reshape(-1, n_q) @ bent(joint_compliance, torques)).reshape(n_g, m, size)
     turned = np.matmul(d_jacobian.transpose(0, 2, 1), matrix)  # dJᵀ R, (n_g, n_q, size)
     d_grasp, moved = geometry.d_grasp_rows  # dG, the rows of it that move
     free = np.matmul(d_grasp.transpose(0, 2, 1), core[moved]) - by_torque - np.matmul(soft, turned)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from ..model.compliance import bent
 from ..problem.problem import GraspProblem
 from ..spatial import Array
 from .clearance import ClearanceEvaluator, ClearanceState
@@ -179,9 +180,7 @@ class StateEvaluator:
         if self._loads is not None:
             total = (torques, d_torques) if bending[0] is forces else distribution.torques(forces, d_forces)
             loads = self._loads.evaluate(geometry, (forces, d_forces), total)
-        c_q = problem.joint_compliance
-        bending_angles = c_q * torques
-        d_reference = c_q[:, None] * d_torques
+        bending_angles, d_reference = (bent(problem.joint_compliance, each) for each in (torques, d_torques))
         d_reference[:, layout.joints] += np.eye(layout.n_joints)
 
         by_contact = forces.reshape(geometry.covectors.shape)

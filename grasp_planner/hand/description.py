@@ -57,8 +57,9 @@ class FingerOrder(_Strict):
 class ComplianceDescription(_Strict):
     """Default compliances of the hand and stiffness of its contacts."""
 
-    joint: NonNegative | dict[str, NonNegative] = 0.1
-    """C_q [rad/(N m)], of joints that slide [m/N], one number or one for every independent joint by its name."""
+    joint: NonNegative | dict[str, NonNegative] | tuple[tuple[Finite, ...], ...] = 0.1
+    """C_q [rad/(N m)], of joints that slide [m/N]: one number, one for every independent joint by its name, or the rows
+    of a symmetric positive definite matrix in the order of the joints."""
     structural: Positive = 0.1
     """C_s [m/N]."""
     contact_stiffness: NonNegative = 1e5

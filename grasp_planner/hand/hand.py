@@ -11,7 +11,7 @@ from typing import Any
 import coal
 import numpy as np
 
-from ..checks import finite_array
+from ..checks import finite_array, positive_definite
 from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Array, Pose, readonly
 from ..synergies.space import SynergySpace, load_synergies
@@ -208,13 +208,15 @@ class Hand(Value):
 
     @cached_property
     def joint_compliance(self) -> Array:
-        """Default C_q of the independent joints, from the description [rad/(N m)], of shape (n_q,).
+        """Default C_q of the independent joints, from the description [rad/(N m)], of shape (n_q,) or (n_q, n_q).
 
         Raises:
             NameNotFoundError: If the description names a joint that is not independent.
-            InvalidValueError: If it leaves one out.
+            InvalidValueError: If it leaves one out, or a matrix is not symmetric positive definite or of another size.
         """
         given = self.description.compliance.joint
+        if isinstance(given, tuple):
+            return positive_definite(f"compliance.joint of hand {self.name}", given, self.n_joints)
         if not isinstance(given, dict):
             return readonly(np.full(self.n_joints, given))
         for name in given:

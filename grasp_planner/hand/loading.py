@@ -68,7 +68,7 @@ def hand_of(description: HandDescription, urdf: UrdfFile, path: Path) -> Hand:
     coupling, offset = joint_coupling(model, description.joints, urdf.mimics)
     palm_in_root = _palm_placement(model, description.palm.link)
     lower, upper = joint_limits(model, description.joints, coupling, offset)
-    return Hand(
+    hand = Hand(
         description=description,
         folder=path.parent,
         model=model,
@@ -83,6 +83,8 @@ def hand_of(description: HandDescription, urdf: UrdfFile, path: Path) -> Hand:
         grasp_centre=finite_array("palm.grasp_centre", description.palm.grasp_centre, (3,)),
         source=hand_source(path, description, urdf.path, urdf.collision_model),
     )
+    _ = hand.joint_compliance  # checked now and not in the middle of a search
+    return hand
 
 
 def _palm_placement(model: Any, link: str) -> Pose:

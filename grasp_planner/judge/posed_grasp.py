@@ -10,7 +10,7 @@ import numpy as np
 from ..checks import finite_array
 from ..exceptions import InvalidValueError
 from ..hand.configuration import HandConfiguration
-from ..model.compliance import contact_forces, hand_stiffness, internal_forces, joint_torques
+from ..model.compliance import bent, contact_forces, hand_stiffness, internal_forces, joint_torques
 from ..model.contacts import Contacts, find_contacts
 from ..model.force_closure import force_closure_margin, force_norm_floor
 from ..model.friction import force_norm, friction_margins, normal_forces
@@ -170,8 +170,8 @@ class PosedGrasp(Value):
     @cached_property
     def sigma(self) -> Array:
         """Synergy coordinates σ with q = q̄ + S σ − C_q τ, in the least-squares sense [rad], of shape (n_s,)."""
-        bent = self.joint_angles + self.problem.joint_compliance * self.bending_torques
-        return self.problem.synergies.coordinates(bent)
+        yielded = bent(self.problem.joint_compliance, self.bending_torques)
+        return self.problem.synergies.coordinates(self.joint_angles + yielded)
 
     @cached_property
     def reference_joint_angles(self) -> Array:

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..hand.kinematics import ContactKinematics, HandKinematics
-from ..model.compliance import series_stiffness
+from ..model.compliance import bent, series_stiffness, softened
 from ..model.contacts import Contacts
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose, readonly, skew
@@ -92,9 +92,9 @@ def grasp_stability(
     motion = _Motion.at(problem, q, palm_in_object, contacts, intensities)
     c_q = problem.joint_compliance
     d_torque_q, d_torque_nu = motion.torques(forces, moments)
-    bent = -np.linalg.solve(np.eye(len(c_q)) + c_q[:, None] * d_torque_q, c_q[:, None] * d_torque_nu)
+    yielding = -np.linalg.solve(np.eye(len(c_q)) + bent(c_q, d_torque_q), bent(c_q, d_torque_nu))
     by_q, by_nu = motion.wrench(forces, moments)
-    stiffness = -(by_nu + by_q @ bent)
+    stiffness = -(by_nu + by_q @ yielding)
 
     length = problem.grasp_object.length_scale
     scale = np.repeat([1.0, 1.0 / length], 3)
@@ -105,15 +105,23 @@ def grasp_stability(
         twists = np.concatenate([motion.touching, motion.angular], axis=1)
         series = series_stiffness(model.hand_jacobian(twists, contacts.normals), c_q, problem.contact_springs)
         passive = grasp @ series @ grasp.T
-    root = np.sqrt(c_q)
+    root = _root(c_q)
     return Stability(
         stiffness=readonly(stiffness),
         smallest=float(values[0]),
         direction=readonly(vectors[:, 0]),
         without_preload=float(_symmetric(scale[:, None] * passive * scale)[0][0]),
-        finger_stiffness=float(_symmetric(np.eye(len(c_q)) + root[:, None] * d_torque_q * root)[0][0]),
+        finger_stiffness=float(_symmetric(np.eye(len(c_q)) + softened(bent(root, d_torque_q), root))[0][0]),
         length=length,
     )
+
+
+def _root(compliance: Array) -> Array:
+    """Return √C_q, of a diagonal its diagonal."""
+    if compliance.ndim == 1:
+        return np.sqrt(compliance)
+    values, vectors = _symmetric(compliance)
+    return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
 
 
 def _symmetric(matrix: Array) -> tuple[Array, Array]:

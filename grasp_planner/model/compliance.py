@@ -12,23 +12,57 @@ from ..exceptions import InvalidValueError
 from ..spatial import Array
 
 
+def softened(jacobian: Array, joint: npt.ArrayLike) -> Array:
+    """Return J C_q, how far unit torques move what a Jacobian maps.
+
+    Args:
+        jacobian: J, of shape (…, n_q).
+        joint: C_q [rad/(N m)], a scalar, a diagonal of shape (n_q,) or a matrix of shape (n_q, n_q).
+
+    Returns:
+        J C_q, of the shape of J.
+    """
+    c_q = np.asarray(joint, dtype=float)
+    return np.asarray(jacobian @ c_q if c_q.ndim == 2 else jacobian * c_q)
+
+
+def bent(joint: npt.ArrayLike, torques: Array) -> Array:
+    """Return C_q τ, the angles by which torques bend the joints [rad].
+
+    Args:
+        joint: C_q [rad/(N m)], a scalar, a diagonal of shape (n_q,) or a matrix of shape (n_q, n_q).
+        torques: τ [N m], of shape (n_q,), or several in columns, of shape (…, n_q, k).
+
+    Returns:
+        The angles, of the shape of the torques.
+    """
+    c_q = np.asarray(joint, dtype=float)
+    if c_q.ndim == 2:
+        return np.asarray(c_q @ torques)
+    return np.asarray((c_q[:, None] if c_q.ndim == 1 and torques.ndim > 1 else c_q) * torques)
+
+
+def joint_stiffness(joint: npt.ArrayLike) -> Array:
+    """Return K_q = C_q⁻¹ [N m/rad], of a diagonal its diagonal, of a matrix the matrix."""
+    c_q = np.asarray(joint, dtype=float)
+    return np.asarray(np.linalg.inv(c_q) if c_q.ndim == 2 else 1.0 / c_q)
+
+
 def hand_stiffness(jacobian: Array, structural: npt.ArrayLike, joint: npt.ArrayLike) -> Array:
     """Return K_m = (C_s + J C_q Jᵀ)⁻¹, the stiffness of the hand seen at the contacts.
 
-    [Mavrogiannis2014] below eq. (12); diagonal compliances.
+    [Mavrogiannis2014] below eq. (12), where both compliances are diagonal; here that of the joints may be full.
 
     Args:
         jacobian: J, of shape (3 n_c, n_q).
         structural: C_s [m/N], a scalar or of shape (3 n_c,).
-        joint: C_q [rad/(N m)], a scalar or of shape (n_q,).
+        joint: C_q [rad/(N m)], a scalar, a diagonal of shape (n_q,) or a matrix of shape (n_q, n_q).
 
     Returns:
         K_m [N/m], symmetric positive definite, of shape (3 n_c, 3 n_c).
     """
-    m, n_q = jacobian.shape
-    c_s = np.broadcast_to(np.asarray(structural, dtype=float), (m,))
-    c_q = np.broadcast_to(np.asarray(joint, dtype=float), (n_q,))
-    return np.linalg.inv(np.diag(c_s) + (jacobian * c_q) @ jacobian.T)
+    c_s = np.broadcast_to(np.asarray(structural, dtype=float), (len(jacobian),))
+    return np.linalg.inv(np.diag(c_s) + softened(jacobian, joint) @ jacobian.T)
 
 
 def series_stiffness(jacobian: Array, joint: npt.ArrayLike, contact: npt.ArrayLike) -> Array:
@@ -40,7 +74,7 @@ def series_stiffness(jacobian: Array, joint: npt.ArrayLike, contact: npt.ArrayLi
 
     Args:
         jacobian: J, of shape (3 n_c, n_q).
-        joint: C_q [rad/(N m)], a scalar or of shape (n_q,).
+        joint: C_q [rad/(N m)], a scalar, a diagonal of shape (n_q,) or a matrix of shape (n_q, n_q).
         contact: K_c [N/m], positive, a scalar or of shape (3 n_c,).
 
     Returns:
@@ -167,7 +201,7 @@ def actual_posture(
 
     Args:
         reference: Reference posture q_r = q̄ + S σ [rad], of shape (n_q,).
-        joint_compliance: C_q [rad/(N m)], a scalar or of shape (n_q,).
+        joint_compliance: C_q [rad/(N m)], a scalar, a diagonal of shape (n_q,) or a matrix of shape (n_q, n_q).
         torques: τ(q) [N m].
         tolerance: Largest change of a joint in the last step [rad].
         max_iterations: Steps before giving up.
@@ -181,7 +215,7 @@ def actual_posture(
     reference = finite_array("reference", reference, np.shape(reference))
     q, damping, last = np.array(reference), 1.0, np.inf
     for _ in range(max_iterations):
-        step = reference - np.asarray(joint_compliance) * torques(q) - q
+        step = reference - bent(joint_compliance, torques(q)) - q
         size = float(np.abs(step).max())
         if size < tolerance:
             return q

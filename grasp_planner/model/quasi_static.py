@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg
 
-from ..checks import finite_array
+from ..checks import finite_array, positive_definite
 from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Array
 from ..values import Value
@@ -255,8 +255,4 @@ def _compliance(field: str, stiffness: npt.ArrayLike | None, size: int) -> Array
     given = np.asarray(stiffness, dtype=float)
     if given.ndim < 2:
         given = np.diag(finite_array(field, np.broadcast_to(given, (size,)) if given.ndim == 0 else given, (size,)))
-    full = finite_array(field, given, (size, size))
-    symmetric = np.abs(full - full.T).max(initial=0.0) <= 1e-9 * np.abs(full).max(initial=0.0)
-    if not symmetric or np.linalg.eigvalsh(full).min(initial=1.0) <= 0.0:
-        raise InvalidValueError(field, given.tolist(), "symmetric positive definite")
-    return np.asarray(linalg.inv(full))
+    return np.asarray(linalg.inv(positive_definite(field, given, size)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..evaluation.load_response import CONE_SMOOTHING
+from ..model.compliance import softened
 from ..problem.problem import GraspProblem
 from ..spatial import Array, skew
 from .contacts import BatchedContacts
@@ -43,7 +44,7 @@ class BatchedLoads:
         if not self.loads.disturbed:
             return np.zeros((count, 3 * n_c, size))
         jacobian = contacts.velocities.transpose(0, 1, 3, 2).reshape(count, 3 * n_c, n_q)
-        soft = (jacobian * self.problem.joint_compliance) @ jacobian.transpose(0, 2, 1)
+        soft = softened(jacobian, self.problem.joint_compliance) @ jacobian.transpose(0, 2, 1)
         soft.reshape(count, -1)[:, :: 3 * n_c + 1] += 1.0 / self.problem.parameters.contact_stiffness
         grasp = np.empty((count, 6, 3 * n_c))
         grasp[:, :3] = np.tile(np.eye(3), (1, n_c))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..evaluation.edge_reserve import edge_reserve, edge_reserve_slope, edges_count
+from ..model.compliance import bent, softened
 from ..problem.problem import GraspProblem
 from ..problem.term import METRE, NEWTON, NEWTON_METRE, ONE, RADIAN, Unit
 from ..spatial import Array
@@ -86,10 +87,10 @@ class BatchedProblem:
     def _compliance(self, contacts: BatchedContacts) -> Rows:
         """Return S_⊥ᵀ (q − q̄ + C_q τ)."""
         problem, compliance = self.problem, self.problem.joint_compliance
-        bent = contacts.states.joints - problem.synergies.mean + compliance * contacts.torques
-        slope = compliance[:, None] * contacts.d_torques
+        off = contacts.states.joints - problem.synergies.mean + softened(contacts.torques, compliance)
+        slope = bent(compliance, contacts.d_torques)
         slope[:, :, : problem.hand.n_joints] += np.eye(problem.hand.n_joints)
-        return Rows("compliance", bent @ self._complement, self._complement.T @ slope, equality=True)
+        return Rows("compliance", off @ self._complement, self._complement.T @ slope, equality=True)
 
     def _region(self, contacts: BatchedContacts) -> list[Rows]:
         """Return how far contacts are inside the part of the surface that may be touched."""

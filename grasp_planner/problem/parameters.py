@@ -11,7 +11,7 @@ from ..hand.hand import Hand
 from ..model.contact_model import CONTACT_MODELS, ContactModel, HardFinger, parse_contact_model
 from ..spatial import Array, readonly
 from ..values import Value
-from .settings import check_settings, numbers_of_text, setting, text_of_numbers
+from .settings import check_settings, numbers_of_text, rows_of_text, setting, text_of_numbers, text_of_rows
 
 STANDARD_GRAVITY = 9.81
 """Gravity [m/s²]."""
@@ -29,7 +29,8 @@ class GraspParameters(Value):
         friction: Coefficient of friction μ, one number or one for each contact in the order of the set.
         contact_model: What a contact transmits: a hard finger as in the paper, a soft finger or only a normal force.
         structural_compliance: C_s [m/N]; the hand's own if None, as for the next two: a problem puts them in.
-        joint_compliance: C_q [rad/(N m)], one number or one for each joint in the order of q.
+        joint_compliance: C_q [rad/(N m)], one number, one for each joint in the order of q, or the rows of a symmetric
+            positive definite matrix.
         contact_stiffness: K_c [N/m].
         force_weight: w_F in z = w_F F + w_C C; eq. (29).
         task_weight: w_C.
@@ -66,16 +67,17 @@ class GraspParameters(Value):
         above=True,
         none="the hand's",
     )
-    joint_compliance: float | tuple[float, ...] = setting(
+    joint_compliance: float | tuple[float, ...] | tuple[tuple[float, ...], ...] = setting(
         None,
-        "Compliance C_q of the joints, one number or one for each joint as number,number,….",
+        "Compliance C_q of the joints: one number, one for each joint as number,number,…, or rows with semicolons.",
         unit="rad/(N m)",
         low=0.0,
         high=1e3,
         none="the hand's",
-        read=lambda text: _one_or_more(numbers_of_text(text)),
-        write=text_of_numbers,
-        plain=float | list[float],
+        matrix=True,
+        read=rows_of_text,
+        write=text_of_rows,
+        plain=float | list[float] | list[list[float]],
     )
     contact_stiffness: float = setting(
         None, "Stiffness K_c of a contact.", kind="number", unit="N/m", low=0.0, high=1e12, none="the hand's"
@@ -140,15 +142,15 @@ class GraspParameters(Value):
 
 def hand_parameters(hand: Hand) -> dict[str, Any]:
     """Return the hand's own compliances [m/N, rad/(N m)] and contact stiffness [N/m], by the name of the parameter."""
-    joints = hand.joint_compliance.tolist()
+    joints = plain_compliance(hand.joint_compliance)
     described = hand.description.compliance
     return {
         "structural_compliance": described.structural,
-        "joint_compliance": joints[0] if len(set(joints)) == 1 else tuple(joints),
+        "joint_compliance": joints[0] if len(set(joints)) == 1 else joints,
         "contact_stiffness": described.contact_stiffness,
     }
 
 
-def _one_or_more(numbers: tuple[float, ...]) -> float | tuple[float, ...]:
-    """Return a single number as such."""
-    return numbers[0] if len(numbers) == 1 else numbers
+def plain_compliance(compliance: Array) -> tuple[Any, ...]:
+    """Return C_q, a diagonal of shape (n_q,) or a matrix of shape (n_q, n_q), as the parameter has it."""
+    return tuple(tuple(row) if isinstance(row, list) else row for row in compliance.tolist())

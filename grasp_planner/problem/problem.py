@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..checks import finite_array
 from ..exceptions import InvalidValueError, NameNotFoundError
@@ -22,7 +23,7 @@ from ..synergies.space import SynergySpace
 from ..values import Value
 from .clearance_options import ClearanceOptions
 from .load_cases import LoadCases
-from .parameters import GraspParameters
+from .parameters import GraspParameters, plain_compliance
 from .settings import setting
 from .size_check import ObjectSizeWarning, size_warning
 from .term import Cost, Requirement, Weighted, own_constraints, own_costs
@@ -138,7 +139,7 @@ class GraspProblem(Value):
         used: dict[str, Any] = {
             "parameters": replace(
                 self.parameters,
-                joint_compliance=tuple(self.joint_compliance.tolist()),
+                joint_compliance=plain_compliance(self.joint_compliance),
                 friction=tuple(self._per_contact(self.parameters.friction).tolist()),
             ),
             "synergy_set": None,
@@ -204,9 +205,18 @@ class GraspProblem(Value):
 
     @cached_property
     def joint_compliance(self) -> Array:
-        """C_q of every joint [rad/(N m)], of shape (n_q,)."""
+        """C_q [rad/(N m)], its diagonal of shape (n_q,), or of shape (n_q, n_q) where joints bend each other."""
         given, n_q = self.parameters.joint_compliance, self.hand.n_joints
+        if np.ndim(given) == 2:
+            matrix = finite_array("joint_compliance", given, (n_q, n_q))
+            return matrix if np.any(matrix[~np.eye(n_q, dtype=bool)]) else readonly(np.diag(matrix))
         return finite_array("joint_compliance", np.full(n_q, given) if np.ndim(given) == 0 else given, (n_q,))
+
+    @property
+    def rigid_joints(self) -> npt.NDArray[np.bool_]:
+        """Which joints have no compliance, of shape (n_q,)."""
+        c_q = self.joint_compliance
+        return np.asarray((np.diag(c_q) if c_q.ndim == 2 else c_q) <= 0.0)
 
     @property
     def contact_model(self) -> ContactModel:

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..checks import positive_definite
 from ..exceptions import InvalidValueError, NameNotFoundError
 
 Kind = Literal["number", "whole", "truth", "choice", "text"]
@@ -36,6 +37,7 @@ class Setting:
         step: Step of its number input; None where its values span decades, so that it is typed.
         option: Option of the command line, where it is not the name with dashes.
         many: Whether it is a tuple of values, given one by one.
+        matrix: Whether it may also be a symmetric positive definite matrix; as text its rows with semicolons.
         each_of: Whether a number may be given for each of something, by its name; as text with commas.
         read: Makes the value, of ``many`` one of them, from its text.
         write: Makes the text.
@@ -57,6 +59,7 @@ class Setting:
     step: float | None = None
     option: str = ""
     many: bool = False
+    matrix: bool = False
     each_of: str = ""
     read: Callable[[str], Any] = str
     write: Callable[[Any], str] = str
@@ -92,7 +95,8 @@ class Setting:
             low = f" {'>' if self.above else '>='} {self.low:g}" if math.isfinite(self.low) else ""
             high = f"{' and' if low else ''} <= {self.high:g}" if math.isfinite(self.high) else ""
             several = f", or one for each {self.each_of}" if self.each_of else ""
-            words = f"{what}{low}{high}{unit}{several}"
+            matrix = ", or a symmetric positive definite matrix" if self.matrix else ""
+            words = f"{what}{low}{high}{unit}{several}{matrix}"
         else:
             words = "a text"
         return f"{words}, or none for {self.none}" if self.none else words
@@ -168,6 +172,10 @@ class Setting:
         if given.dtype.kind not in "iuf":  # neither texts nor truth values
             raise InvalidValueError(self.key, value, self.allowed)
         numbers = given.astype(float)
+        if self.matrix and numbers.ndim == 2:
+            if not (np.abs(numbers) <= self.high).all():
+                raise InvalidValueError(self.key, value, self.allowed)
+            return positive_definite(self.key, numbers, len(numbers))
         below = numbers <= self.low if self.above else numbers < self.low
         if not np.isfinite(numbers).all() or below.any() or (numbers > self.high).any():
             raise InvalidValueError(self.key, value, self.allowed)
@@ -232,6 +240,23 @@ def numbers_of_text(text: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise InvalidValueError("numbers", text, "numbers separated by commas") from None
+
+
+def rows_of_text(text: str) -> Any:
+    """Return the numbers of a text such as ``0.1`` or ``0.1,0.2``, or the rows of one such as ``0.2,0;0,0.1``.
+
+    Raises:
+        InvalidValueError: If it is malformed.
+    """
+    if ";" in text:
+        return tuple(numbers_of_text(row) for row in text.split(";"))
+    numbers = numbers_of_text(text)
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def text_of_rows(values: Any) -> str:
+    """Return numbers as a text with commas, the rows of a matrix with semicolons."""
+    return ";".join(text_of_numbers(row) for row in values) if np.ndim(values) == 2 else text_of_numbers(values)
 
 
 def text_of_numbers(values: Any) -> str:

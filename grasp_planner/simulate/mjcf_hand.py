@@ -1,4 +1,4 @@
-"""A hand as MJCF: one body a joint, joint springs 1/C_q, and one actuator a synergy; nothing stronger.
+"""A hand as MJCF: one body a joint, joint springs C_q⁻¹, and one actuator a synergy; nothing stronger.
 
 The springs pull each joint towards q̄ + S σ: the part towards q̄ is a passive spring, and actuator k pulls a fixed
 tendon whose arms are K_q S_k, so that its control is σ_k itself; [Mavrogiannis2014] eq. (4), (10).
@@ -16,6 +16,7 @@ import pinocchio as pin
 from ..collision.link_shapes import LinkShape
 from ..exceptions import InvalidValueError
 from ..hand.hand import Hand
+from ..model.compliance import joint_stiffness
 from ..problem.problem import GraspProblem
 from ..spatial import Array
 from .xml_text import Element, add, pose_attributes
@@ -40,16 +41,17 @@ def joint_axis(hand: Hand, joint: int) -> Array:
     return axis / np.linalg.norm(axis)
 
 
-def joint_stiffness(problem: GraspProblem) -> Array:
-    """Return K_q = 1/C_q of the independent joints [N m/rad], of shape (n_q,).
+def spring_stiffness(problem: GraspProblem) -> Array:
+    """Return K_q = C_q⁻¹ of the independent joints [N m/rad], of shape (n_q, n_q).
 
     Raises:
         InvalidValueError: If a joint has no compliance: a rigid joint has no spring.
     """
     compliance = problem.joint_compliance
-    if (compliance <= 0.0).any():
+    if problem.rigid_joints.any():
         raise InvalidValueError("joint_compliance", compliance.tolist(), "> 0 for every joint, to be simulated")
-    return 1.0 / compliance
+    stiffness = joint_stiffness(compliance)
+    return np.diag(stiffness) if stiffness.ndim == 1 else stiffness
 
 
 def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[LinkShape]) -> dict[int, Element]:
@@ -65,7 +67,8 @@ def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[
         Body of every joint; 0 is the palm.
     """
     hand, model = problem.hand, problem.hand.model
-    stiffness, mean = joint_stiffness(problem), problem.synergies.mean
+    stiffness, mean = np.diag(spring_stiffness(problem)), problem.synergies.mean
+    alone = problem.joint_compliance.ndim == 1
     bodies = {0: add(world, "body", name="palm_root", **pose_attributes(root))}
     for joint in range(1, model.njoints):
         name = model.names[joint]
@@ -78,7 +81,8 @@ def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[
         armature = stiffness[source] / SPRING_RATE**2
         if name == hand.joint_names[source]:
             damping = 2.0 * np.sqrt(stiffness[source] * armature)
-            attributes = {"stiffness": stiffness[source], "springref": mean[source], "damping": damping}
+            spring = stiffness[source] if alone else 0.0
+            attributes = {"stiffness": spring, "springref": mean[source], "damping": damping}
         else:
             armature *= FOLLOWER_SHARE
         limits = model.lowerPositionLimit[index] - LIMIT_PLAY, model.upperPositionLimit[index] + LIMIT_PLAY
@@ -92,7 +96,7 @@ def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[
 
 def add_motors(root: Element, problem: GraspProblem) -> None:
     """Add the coupling of joints and one actuator for each synergy, whose control is σ_k [rad]."""
-    hand, stiffness = problem.hand, joint_stiffness(problem)
+    hand, stiffness = problem.hand, spring_stiffness(problem)
     equality = add(root, "equality")
     for index, name in enumerate(tuple(hand.model.names)[1:]):
         source = int(np.flatnonzero(hand.coupling[index])[0])
@@ -101,12 +105,28 @@ def add_motors(root: Element, problem: GraspProblem) -> None:
             joints = {"joint1": name, "joint2": hand.joint_names[source]}
             add(equality, "joint", **joints, polycoef=law, solref=[0.002, 1.0], solimp=[0.999, 0.999, 0.001])
     tendons, actuators = add(root, "tendon"), add(root, "actuator")
-    for k, column in enumerate(problem.synergies.basis.T):
-        tendon = add(tendons, "fixed", name=f"synergy_{k + 1}")
-        for name, arm in zip(hand.joint_names, stiffness * column, strict=True):
-            if arm != 0.0:
-                add(tendon, "joint", joint=name, coef=arm)
+    for k, arms in enumerate((stiffness @ problem.synergies.basis).T):
+        _add_tendon(tendons, f"synergy_{k + 1}", hand, arms)
         add(actuators, "motor", name=f"sigma_{k + 1}", tendon=f"synergy_{k + 1}", gear=[1.0])
+    if problem.joint_compliance.ndim == 2:
+        # Springs across joints: K_q as a sum of springs along its eigenvectors.
+        for k, (value, arms) in enumerate(zip(*_eigenpairs(stiffness), strict=True)):
+            rest = float(arms @ problem.synergies.mean)
+            _add_tendon(tendons, f"spring_{k + 1}", hand, arms, stiffness=value, springlength=rest)
+
+
+def _add_tendon(tendons: Element, name: str, hand: Hand, arms: Array, **attributes: Any) -> None:
+    """Add a tendon whose length is the sum of the joint angles, each times its arm."""
+    tendon = add(tendons, "fixed", name=name, **attributes)
+    for joint, arm in zip(hand.joint_names, arms, strict=True):
+        if arm != 0.0:
+            add(tendon, "joint", joint=joint, coef=arm)
+
+
+def _eigenpairs(matrix: Array) -> tuple[Array, Array]:
+    """Return eigenvalues and eigenvectors, these as rows."""
+    values, vectors = np.linalg.eigh(matrix)
+    return values, vectors.T
 
 
 def add_shape(body: Element, name: str, shape: LinkShape) -> None:

@@ -12,6 +12,7 @@ from ..analysis.tolerance import least_tolerance
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
 from ..judge.margins import UNBOUNDED
+from ..model.compliance import softened
 from ..simulate import Simulation
 
 Margin = Callable[[Grasp], float | None]
@@ -28,8 +29,9 @@ def joint_spring_stiffness(grasp: Grasp) -> float:
 
     The least eigenvalue of G_t (J C_q Jᵀ)⁺ G_tᵀ, without the geometric terms of the preload.
     """
-    jacobian, compliance = grasp.hand_jacobian, grasp.problem.joint_compliance
-    springs = np.linalg.pinv((jacobian * compliance) @ jacobian.T, rcond=1e-9, hermitian=True)
+    jacobian = grasp.hand_jacobian
+    compliance = softened(jacobian, grasp.problem.joint_compliance) @ jacobian.T
+    springs = np.linalg.pinv(compliance, rcond=1e-9, hermitian=True)
     linear = grasp.grasp_matrix[:3]
     return float(np.linalg.eigvalsh(linear @ springs @ linear.T).min())
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
+from ..model.compliance import bent
 from ..problem.problem import GraspProblem
 from ..problem.term import RADIAN, Constraint, Requirement, above_zero
 from ..spatial import Array
@@ -27,8 +28,8 @@ class SoftSynergy(Constraint):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the largest angle of q − (q̄ + S σ) + C_q τ with the σ that fits best."""
-        bent = grasp.problem.joint_compliance * grasp.bending_torques
-        return float(np.abs(grasp.joint_angles - grasp.reference_joint_angles + bent).max())
+        yielded = bent(grasp.problem.joint_compliance, grasp.bending_torques)
+        return float(np.abs(grasp.joint_angles - grasp.reference_joint_angles + yielded).max())
 
 
 class JointLimits(Requirement):

@@ -9,6 +9,7 @@ import numpy as np
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
 from ..grasp.squeeze import balanced
+from ..model.compliance import bent
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose, readonly
 from .squeeze import best_squeeze
@@ -166,7 +167,7 @@ def _bend(grasp: Grasp) -> Array:
     if share == 0.0:
         return np.zeros(grasp.problem.hand.n_joints)
     try:
-        bend = share * grasp.problem.joint_compliance * grasp.bending_torques
+        bend = share * bent(grasp.problem.joint_compliance, grasp.bending_torques)
     except (GraspPlannerError, np.linalg.LinAlgError):
         return np.zeros(grasp.problem.hand.n_joints)
     return np.clip(bend, -MAX_BEND, MAX_BEND)
