@@ -210,7 +210,7 @@ def test_shapes_of_the_hand():
     for name in ("sphere", "point"):
         touching = contact_shapes(hand, shapes, hand.contact_frames(name))
         assert touching == {f"{f}_distal_0" for f in ("thumb", "index", "middle", "ring", "little")}
-        for _, _, axis in tip_axes(hand, hand.contact_frames(name)):
+        for _, _, axis, _ in tip_axes(hand, hand.contact_frames(name)):
             np.testing.assert_allclose(axis, [1.0, 0.0, 0.0], atol=1e-9)
     allegro = HANDS["allegro_right"]  # boxes around balls: the ball touches, the box keeps clear
     balls = contact_shapes(allegro, link_shapes(allegro), allegro.contact_frames("sphere"))

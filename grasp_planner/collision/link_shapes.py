@@ -1,7 +1,8 @@
 """The solids of a hand as the clearance constraints see them: swept segments where possible, coal shapes otherwise.
 
-A sphere is a point with a radius, a capsule a segment with a radius; a mesh is held by a few capsules. Every other
-shape (box, cylinder) keeps its coal geometry. Solids that lie inside another one of the same link are left out.
+A sphere is a point with a radius, a capsule a segment with a radius; a mesh is held by a few capsules where they fit
+it, otherwise by its convex hull. Every other shape (box, cylinder) keeps its coal geometry. Solids that lie inside
+another one of the same link are left out.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ import pinocchio as pin
 
 from ..hand.contact_frame import ContactFrame
 from ..hand.hand import Hand
+from ..hand.hull_fit import FittedHull, hull_of
 from ..spatial import Array, rotation_between
 
 SET_BACK = 5e-5
-"""How much farther than the margin capsules around a touching mesh stay behind the plane of contact [m]."""
+"""How much farther than the margin what stands for a touching mesh stays behind the plane of contact [m]."""
 PATCH_SLACK = 1e-4
 """A solid closer than this to a contact patch belongs to it [m]."""
 
@@ -41,7 +43,7 @@ class LinkShape:
         rim: See ``corners`` [m].
         geometry: coal geometry; None for spheres and capsules.
         placement: Pose of the coal geometry in the frame of the joint, pin.SE3.
-        fitted: Whether it is one of the capsules around a mesh, which stand out of it.
+        fitted: Whether it stands for a mesh, which it holds.
     """
 
     name: str
@@ -106,7 +108,7 @@ def joint_centres(hand: Hand) -> tuple[LinkShape, ...]:
 def shape_pairs(hand: Hand, shapes: tuple[LinkShape, ...]) -> tuple[tuple[int, int], ...]:
     """Return the pairs of solids that must not meet: of different links, and not ignored by the description.
 
-    Capsules around meshes that overlap with the hand at rest are left to the judge, who has the meshes.
+    What stands for meshes and overlaps with the hand at rest is left to the judge, who has the meshes.
     """
     ignored = {frozenset(pair) for pair in hand.description.collision.ignore}
     placed = _at_rest(hand, shapes) if any(shape.fitted for shape in shapes) else ()
@@ -153,59 +155,77 @@ def contact_shapes(hand: Hand, shapes: Iterable[LinkShape], frames: Iterable[Con
 
 
 def guarded_shapes(
-    hand: Hand, shapes: tuple[LinkShape, ...], frames: Iterable[ContactFrame], margin: float
+    hand: Hand, shapes: tuple[LinkShape, ...], frames: Iterable[ContactFrame], margin: float, *, convex: bool = False
 ) -> tuple[LinkShape, ...]:
     """Return the solids that keep clear of the object.
 
-    Those that carry a contact patch are left out. Capsules around a mesh that touches with a known normal stay, set
-    back behind the plane of contact: the mesh itself does not reach beyond it, the capsules around it would.
+    Those that carry a contact patch are left out. What stands for a mesh that touches with a known normal stays, set
+    back behind the plane of contact: the mesh itself does not reach beyond it, what stands for it would. A link that
+    touches a convex object within its patch lies behind the plane of contact as a whole and is left out too.
 
     Args:
         hand: The hand.
         shapes: Its solids.
         frames: The contact frames.
         margin: Distance kept by everything that must not touch [m].
+        convex: Whether the object is convex.
 
     Returns:
         The solids.
     """
     frames = tuple(frames)
     planes = [frame for frame in frames if frame.normal is not None]
+    behind = {frame.joint_id for frame in frames if frame.patch is not None} if convex else set()
     touching = contact_shapes(hand, shapes, frames)
     kept = []
     for shape in shapes:
         mine = [frame for frame in planes if shape.fitted and frame.joint_id == shape.joint]
-        if not mine and shape.name in touching:
+        if shape.joint in behind or (not mine and shape.name in touching):
             continue
         for frame in mine:
-            normal = np.array(frame.normal)
-            level = float(normal @ np.array(frame.centre)) + frame.radius - margin - SET_BACK
-            start, end = (
-                p - max(0.0, float(normal @ p) + shape.radius - level) * normal for p in (shape.start, shape.end)
-            )
-            shape = replace(shape, start=start, end=end)
+            shape = _set_back(shape, frame, margin + SET_BACK)
         kept.append(shape)
     return tuple(kept)
 
 
-def tip_axes(hand: Hand, frames: Iterable[ContactFrame]) -> tuple[tuple[int, int, Array], ...]:
-    """Return the axes of the touching last links towards their tips.
+def _set_back(shape: LinkShape, frame: ContactFrame, margin: float) -> LinkShape:
+    """Return a shape around a mesh with what is less than a margin behind the plane of a contact pushed back."""
+    normal = np.array(frame.normal)
+    level = float(normal @ np.array(frame.centre)) + frame.radius - margin
+    if shape.geometry is None:
+        ends = (shape.start, shape.end)
+        start, end = (p - max(0.0, float(normal @ p) + shape.radius - level) * normal for p in ends)
+        return replace(shape, start=start, end=end)
+    over = np.maximum(shape.corners @ normal + shape.rim - level, 0.0)
+    corners = shape.corners - over[:, None] * normal
+    back = shape.placement.inverse()
+    hull = hull_of(np.array([back.act(corner) for corner in corners]), shape.rim)
+    return replace(shape, corners=corners, geometry=hull.geometry())
+
+
+def tip_axes(hand: Hand, frames: Iterable[ContactFrame]) -> tuple[tuple[int, int, Array, float], ...]:
+    """Return what bounds the normals with which links may touch: n·a + b ≥ 0, n into the object.
+
+    For a contact with a patch these are its walls; otherwise a is the axis of a last link towards its tip and b is 0.
 
     Args:
         hand: The hand.
         frames: The contact frames.
 
     Returns:
-        For each contact on the last link of its finger: index of the contact, carrying joint and unit axis in its
-        frame, from the joint's centre to the contact patch. Contacts on inner links have none.
+        Index of the contact, carrying joint, a in its frame, and b. Contacts on inner links without a patch have
+        none.
     """
     inner = set(hand.model.parents.tolist()[1:])
     axes = []
     for index, frame in enumerate(frames):
         centre = np.array(frame.centre)
         length = float(np.linalg.norm(centre))
-        if frame.joint_id not in inner and length > 1e-6:
-            axes.append((index, frame.joint_id, centre / length))
+        if frame.patch is not None:
+            walls = zip(*frame.patch.walls(), strict=True)
+            axes += [(index, frame.joint_id, wall, float(room)) for wall, room in walls]
+        elif frame.joint_id not in inner and length > 1e-6:
+            axes.append((index, frame.joint_id, centre / length, 0.0))
     return tuple(axes)
 
 
@@ -235,10 +255,14 @@ def inner_axes(
 
 
 def _shapes(hand: Hand, entry: Any) -> list[LinkShape]:
-    """Return the solids of a geometry of the collision model: of a mesh the capsules that hold it."""
-    fitted = hand.fitted_capsules.get(entry.name)
+    """Return the solids of a geometry of the collision model: of a mesh the capsules or the hull that hold it."""
+    fitted = hand.fitted_meshes.get(entry.name)
     if fitted is None:
         return [_shape(hand, entry)]
+    if isinstance(fitted, FittedHull):
+        corners = np.array([entry.placement.act(corner) for corner in fitted.corners])
+        solid = _shape(hand, entry, fitted.geometry())
+        return [replace(solid, corners=corners, rim=fitted.rim, fitted=True)]
     link, joint = hand.model.frames[entry.parentFrame].name, int(entry.parentJoint)
     branch = int(hand.model.supports[joint].tolist()[1]) if joint else 0
     found, pose = [], entry.placement
@@ -252,12 +276,12 @@ def _shapes(hand: Hand, entry: Any) -> list[LinkShape]:
     return found
 
 
-def _shape(hand: Hand, entry: Any) -> LinkShape:
-    """Return the solid of a geometry of the collision model."""
+def _shape(hand: Hand, entry: Any, stands: Any = None) -> LinkShape:
+    """Return the solid of a geometry of the collision model, or of what stands for it."""
     link = hand.model.frames[entry.parentFrame].name
     joint = int(entry.parentJoint)
     branch = int(hand.model.supports[joint].tolist()[1]) if joint else 0
-    geometry, pose = entry.geometry, entry.placement
+    geometry, pose = stands or entry.geometry, entry.placement
     half = {coal.Sphere: 0.0}.get(type(geometry), getattr(geometry, "halfLength", 0.0))
     if isinstance(geometry, coal.Sphere | coal.Capsule):
         start, end = (np.array(pose.act(np.array([0.0, 0.0, sign * half]))) for sign in (-1.0, 1.0))

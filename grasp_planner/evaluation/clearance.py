@@ -47,7 +47,7 @@ class ClearanceState:
         d_self_collision: Derivatives, of shape (m_s, n_g).
         ground: Smooth least heights above the ground of the palm and of each finger, of shape (m_g,).
         d_ground: Derivatives, of shape (m_g, n_g).
-        tip_patch: n·a of each touching last link, of shape (m_t,).
+        tip_patch: n·a + b of each touching link, of shape (m_t,).
         d_tip_patch: Derivatives, of shape (m_t, n_g).
         tangency: n·a of each inner link that touches with its side, of shape (m_i,).
         d_tangency: Derivatives, of shape (m_i, n_g).
@@ -82,7 +82,8 @@ class ClearanceEvaluator:
         self._set_ground(shapes)
         tips = tip_axes(hand, problem.frames) if self.options.tip_patch else ()
         sides = inner_axes(hand, shapes, problem.frames) if self.options.link_object == "geometry" else ()
-        self._n_tips, touching = len(tips), (*tips, *sides)
+        self._n_tips, touching = len(tips), (*(tip[:3] for tip in tips), *sides)
+        self._room = np.array([*(tip[3] for tip in tips), *(0.0 for _ in sides)])
         self._touching = np.array([touch[0] for touch in touching], dtype=int)
         self._touching_joints = np.array([touch[1] for touch in touching], dtype=int)
         self._touching_axes = np.array([touch[2] for touch in touching]).reshape(-1, 3, 1)
@@ -114,7 +115,7 @@ class ClearanceEvaluator:
         hand, grasp_object = self.problem.hand, self.problem.grasp_object.solid
         guarded: tuple[LinkShape, ...] = ()
         if self.options.link_object == "geometry":
-            guarded = guarded_shapes(hand, shapes, self.problem.frames, self.options.margin)
+            guarded = guarded_shapes(hand, shapes, self.problem.frames, self.options.margin, convex=grasp_object.convex)
         elif self.options.link_object == "joint_centres":
             guarded = joint_centres(hand)
         swept = [shape for shape in guarded if shape.geometry is None]
@@ -219,7 +220,7 @@ class ClearanceEvaluator:
         return least, gradient
 
     def _leaning(self, pose: PosedJoints, turn: Array, geometry: ContactGeometry) -> tuple[Array, Array]:
-        """Return n·a of each touching link and its derivatives; dn from the object's curvature, da = ω × a."""
+        """Return n·a + b of each touching link and its derivatives; dn from the object's curvature, da = ω × a."""
         if self._touching.size == 0:
             return np.zeros(0), np.zeros((0, self.layout.n_geometric))
         joints = self._touching_joints
@@ -230,7 +231,7 @@ class ClearanceEvaluator:
         spin = ((levers @ pose.root_rotation) @ pose.angular) * self._masks[joints]
         gradient[:, self.layout.joints] += spin @ self.problem.hand.coupling
         gradient[:, self.layout.rotation] += levers @ turn
-        return np.einsum("ij,ij->i", normals, axes), gradient
+        return np.einsum("ij,ij->i", normals, axes) + self._room, gradient
 
     def _pulled(self, pose: PosedJoints, turn: Array, joints: Indices, points: Array, normals: Array) -> Array:
         """Return ∂(n·p)/∂(q, w) of points fixed on links, p and n in O, of shape (m, n_g)."""

@@ -9,9 +9,38 @@ import numpy as np
 import pinocchio as pin
 
 from ..checks import unit_vector
-from ..exceptions import NameNotFoundError
+from ..exceptions import InvalidValueError, NameNotFoundError
+from ..spatial import Array
 from ..values import Value
 from .description import ContactDescription
+
+SKIN = 2e-4
+"""How far the ball of a contact patch may be from the surface of its link [m]."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactPatch(Value):
+    """Part of a contact's ball that is the surface of its link, to :data:`SKIN`.
+
+    Attributes:
+        normal: Outward normal in its middle, in the frame of the joint, of length one.
+        across: Axis the finger closes about, normal to that, of length one.
+        bend: Largest angle about the axis between normals of the patch and the one in the middle [rad].
+        side: Largest angle between them and the plane across the axis [rad].
+    """
+
+    normal: tuple[float, float, float]
+    across: tuple[float, float, float]
+    bend: float
+    side: float
+
+    def walls(self) -> tuple[Array, Array]:
+        """Return what bounds the normals n of the patch, each by n·a + b ≥ 0: a, of shape (4, 3), and b, (4,)."""
+        normal, across = np.array(self.normal), np.array(self.across)
+        along = np.cross(across, normal)
+        low, high = (np.sin(self.bend) * normal + sign * np.cos(self.bend) * along for sign in (1.0, -1.0))
+        room = float(np.sin(self.side))
+        return np.array([low, high, across, -across]), np.array([0.0, 0.0, room, room])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,6 +57,7 @@ class ContactFrame(Value):
         centre: The fingertip (radius 0) or the centre of its sphere, in the frame of the joint [m].
         offset: The same in the frame [m].
         normal: Outward normal of the link where it touches, in the frame of the joint; None if it is not known.
+        patch: Where its ball is the surface of the link; None if it may touch anywhere.
     """
 
     name: str
@@ -39,6 +69,7 @@ class ContactFrame(Value):
     centre: tuple[float, float, float]
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     normal: tuple[float, float, float] | None = None
+    patch: ContactPatch | None = None
 
 
 def find_contact_frame(model: Any, name: str, described: ContactDescription) -> ContactFrame:
@@ -50,12 +81,28 @@ def find_contact_frame(model: Any, name: str, described: ContactDescription) -> 
     entry = model.frames[index]
     link = _carrying_link(model, entry)
     x, y, z = entry.placement.act(np.array(described.offset)).tolist()
-    normal = None
-    if described.normal is not None:
-        a, b, c = (entry.placement.rotation @ unit_vector(f"normal of contact {name}", described.normal)).tolist()
-        normal = (a, b, c)
+    normal, patch = _skin(entry.placement.rotation, name, described)
     centre = (x, y, z)
-    return ContactFrame(name, frame, link, described.radius, index, entry.parentJoint, centre, described.offset, normal)
+    placed = (index, entry.parentJoint, centre, described.offset)
+    return ContactFrame(name, frame, link, described.radius, *placed, normal, patch)
+
+
+def _skin(
+    rotation: Array, name: str, described: ContactDescription
+) -> tuple[tuple[float, float, float] | None, ContactPatch | None]:
+    """Return normal and patch of a contact in the frame of its joint, as far as they are described."""
+    if described.normal is None:
+        if described.patch is not None:
+            raise InvalidValueError(f"normal of contact {name}", None, "the normal in the middle of its patch")
+        return None, None
+    normal = rotation @ unit_vector(f"normal of contact {name}", described.normal)
+    a, b, c = normal.tolist()
+    if described.patch is None:
+        return (a, b, c), None
+    across = rotation @ unit_vector(f"patch.across of contact {name}", described.patch.across)
+    upright = across - (across @ normal) * normal
+    u, v, w = unit_vector(f"patch.across of contact {name}, not along its normal", upright).tolist()
+    return (a, b, c), ContactPatch((a, b, c), (u, v, w), described.patch.bend, described.patch.side)
 
 
 def frame_index(model: Any, name: str) -> int | None:

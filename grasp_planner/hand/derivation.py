@@ -146,7 +146,9 @@ def _contacts(fingers: tuple[FingerReport, ...]) -> dict[str, ContactDescription
     for finger in fingers:
         for number, tip in enumerate(finger.tips):
             name = finger.name if len(finger.tips) == 1 else f"{finger.name}_{'ab'[number]}"
-            found[name] = ContactDescription(frame=tip.frame, radius=tip.radius, offset=tip.offset, normal=tip.normal)
+            found[name] = ContactDescription(
+                frame=tip.frame, radius=tip.radius, offset=tip.offset, normal=tip.normal, patch=tip.patch
+            )
     return found
 
 

@@ -73,6 +73,17 @@ class LimitDescription(_Strict):
     """Largest normal force of a contact [N]; no limit if left out."""
 
 
+class PatchDescription(_Strict):
+    """How far a link may turn on an object until its surface is no longer the ball of its contact."""
+
+    across: Vector3
+    """Axis that the finger closes about, in the frame of the contact."""
+    bend: Annotated[float, Field(gt=0.0, lt=1.5, allow_inf_nan=False)]
+    """Largest angle about that axis between the contact's normal and the link's [rad]."""
+    side: Annotated[float, Field(gt=0.0, lt=1.5, allow_inf_nan=False)]
+    """Largest angle out of the plane across it [rad]."""
+
+
 class ContactDescription(_Strict):
     """One contact of the hand: a point fixed to a URDF frame and the radius of the fingertip or link around it."""
 
@@ -83,6 +94,8 @@ class ContactDescription(_Strict):
     """Where the point sits in the frame [m]."""
     normal: Vector3 | None = None
     """Outward normal of the link's surface where it touches, in the frame: the link lies behind that plane."""
+    patch: PatchDescription | None = None
+    """Around the normal, where the ball is the link's surface to 0.2 mm; without it the ball may touch anywhere."""
 
 
 class SynergyFiles(_Strict):

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..spatial import Array
+from .description import PatchDescription
 from .fingers import Finger
 
 TIP_WORDS = ("tip", "pad", "end")
@@ -29,6 +30,7 @@ class Fingertip:
         radius: Radius of the sphere around it [m].
         reason: What it was derived from.
         normal: Outward normal of the link's surface where it touches, in the frame; None if it may touch anywhere.
+        patch: Where around the normal the sphere is the surface; None if it is everywhere.
     """
 
     frame: str
@@ -37,6 +39,7 @@ class Fingertip:
     radius: float
     reason: str
     normal: tuple[float, float, float] | None = None
+    patch: PatchDescription | None = None
 
 
 def round_fingertip(model: Any, finger: Finger) -> Fingertip:

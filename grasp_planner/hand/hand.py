@@ -16,13 +16,14 @@ from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Array, Pose, readonly
 from ..synergies.space import SynergySpace, load_synergies
 from ..values import LONGEST_PART, Value, clipped
-from .capsule_fit import FittedCapsules, fit_capsules
+from .capsule_fit import FittedCapsules
 from .closing import find_closing
 from .closing_synergies import CLOSING, MOTORS, closing_synergies, motor_synergies
 from .contact_frame import ContactFrame, find_contact_frame
 from .description import HandDescription
 from .fingers import find_fingers
-from .geometry_mesh import surface_points
+from .hull_fit import FittedHull
+from .mesh_fit import fit_mesh
 from .motion import HandMotion
 from .source import HandSource
 
@@ -183,15 +184,15 @@ class Hand(Value):
         return np.inf if given is None else given
 
     @cached_property
-    def fitted_capsules(self) -> dict[str, FittedCapsules]:
-        """Capsules around each mesh of the collision geometry, in its frame, by the name of the geometry."""
-        fitted: dict[tuple[str, tuple[float, ...]], FittedCapsules] = {}
+    def fitted_meshes(self) -> dict[str, FittedCapsules | FittedHull]:
+        """What holds each mesh of the collision geometry, in its frame, by the name of the geometry."""
+        fitted: dict[tuple[str, tuple[float, ...]], FittedCapsules | FittedHull] = {}
         found = {}
         for entry in self.collision_model.geometryObjects:
             if isinstance(entry.geometry, coal.BVHModelBase):
                 key = entry.meshPath or entry.name, tuple(np.array(entry.meshScale).tolist())
                 if key not in fitted:
-                    fitted[key] = fit_capsules(surface_points(entry.geometry))
+                    fitted[key] = fit_mesh(entry.geometry)
                 found[entry.name] = fitted[key]
         return found
 

@@ -16,6 +16,7 @@ import numpy as np
 from ..collision.coal_distances import signed_distance
 from ..collision.link_shapes import inner_axes, link_shapes
 from ..hand.configuration import HandConfiguration
+from ..hand.contact_frame import SKIN, ContactPatch
 from ..problem.problem import GraspProblem
 from ..problem.term import above_zero
 from ..spatial import Array, Pose
@@ -40,7 +41,8 @@ class Clearance(Value):
         point_b: Nearest point of the second one in O [m], of shape (3,).
         exempt: Whether it is meant to overlap: the last link around a point fingertip and the object.
         tolerated: Overlap that is no violation [m]: where a link touches a mesh, the search sees the mesh through a
-            smooth distance, and its contact may be off by that distance's error.
+            smooth distance, and its contact may be off by that distance's error; a link that is no ball or capsule
+            touches with a patch that is its surface to 0.2 mm.
     """
 
     kind: ClearanceKind
@@ -75,12 +77,13 @@ def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: Pose) -> tu
     exempt_joints = {frame.joint_id for frame in problem.frames if frame.radius == 0.0}
     touching_joints = {frame.joint_id for frame in problem.frames}
     mesh_error = min(problem.grasp_object.solid.distance_error, TOLERATED)
+    skin_joints = {frame.joint_id for frame in problem.frames if frame.patch is not None}
     solid, identity = problem.grasp_object.solid.coal_geometry(), coal.Transform3s()
     found = []
     for entry, link, pose in zip(entries, links, poses, strict=True):
         value, on_link, on_object, _ = signed_distance(entry.geometry, pose, solid, identity)
         joint = int(entry.parentJoint)
-        tolerated = mesh_error if joint in touching_joints else 0.0
+        tolerated = (mesh_error if joint in touching_joints else 0.0) + (SKIN if joint in skin_joints else 0.0)
         pair = Clearance("link_object", link, "object", value, on_link, on_object, joint in exempt_joints, tolerated)
         found.append(pair)
     ignored = {frozenset(pair) for pair in hand.description.collision.ignore}
@@ -118,6 +121,8 @@ def joint_centre_depth(problem: GraspProblem, q: Array, palm_in_object: Pose) ->
 def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
     """Return the largest −n·a of the touching last links, 0 if none leans beyond the object's tangent plane.
 
+    Of a contact with a patch it is the largest sine of the angle by which the normal is beyond the patch.
+
     Args:
         problem: Hand and contact set.
         q: Independent joint angles [rad], of shape (n_q,).
@@ -129,11 +134,24 @@ def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: Pose, normals:
     """
     axes = HandConfiguration(problem.hand, q, palm_in_object).last_link_vectors(problem.frames)
     inner, worst = problem.hand.model.parents.tolist()[1:], 0.0
+    poses = HandConfiguration(problem.hand, q, palm_in_object).joint_poses
     for frame, axis, normal in zip(problem.frames, axes, normals, strict=True):
         length = float(np.linalg.norm(axis))
-        if frame.joint_id not in inner and length > 1e-6:
+        if frame.patch is not None:
+            inside = poses[frame.joint_id].rotation.T @ normal
+            worst = np.maximum(worst, _beyond(frame.patch, inside))
+        elif frame.joint_id not in inner and length > 1e-6:
             worst = np.maximum(worst, -float(normal @ axis) / length)
     return float(worst)
+
+
+def _beyond(patch: ContactPatch, normal: Array) -> float:
+    """Return by how much a normal in the frame of the joint is beyond a patch, about the sine of the angle."""
+    middle, across = np.array(patch.normal), np.array(patch.across)
+    aside = float(normal @ across)
+    bent = float(np.arctan2(normal @ np.cross(across, middle), normal @ middle))
+    over = np.sin(min(abs(bent) - patch.bend, np.pi / 2))
+    return float(max(0.0, abs(aside) - np.sin(patch.side), over))
 
 
 def side_tilt(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:

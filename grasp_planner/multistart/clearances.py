@@ -7,7 +7,6 @@ Derivatives are those of witness points held fixed on their links (envelope theo
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +15,7 @@ from ..collision.distances import segment_pairs
 from ..collision.link_shapes import (
     LinkShape,
     contact_shapes,
+    guarded_shapes,
     inner_axes,
     joint_centres,
     link_shapes,
@@ -25,14 +25,13 @@ from ..collision.link_shapes import (
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Indices
 from .contacts import BatchedContacts
+from .filling import filled
 from .rows import Rows
 from .tree import BatchedTree, cross
 
 SAMPLES = (0.05, 0.5, 0.95)
 """Where along a segment the search for its least distance begins."""
 NEWTON_STEPS = 2
-MOST_FILLING = 4
-"""Most spheres along each edge of a box that is filled with them."""
 
 
 class BatchedClearances:
@@ -41,12 +40,12 @@ class BatchedClearances:
     def __init__(self, problem: GraspProblem, tree: BatchedTree) -> None:
         self.problem, self.tree, self.options = problem, tree, problem.clearance
         shapes = link_shapes(problem.hand)
-        filled, guarded = _filled(shapes), self._guarded(shapes)
-        self._joints = np.array([each.joint for each in filled], dtype=int)
-        self._starts = np.array([each.start for each in filled]).reshape(-1, 3)
-        self._ends = np.array([each.end for each in filled]).reshape(-1, 3)
-        self._radii = np.array([each.radius for each in filled])
-        self._near_object = np.array([each.name in guarded for each in filled], dtype=bool)
+        pieces, guarded = filled(shapes), self._guarded(shapes)
+        self._joints = np.array([each.joint for each in pieces], dtype=int)
+        self._starts = np.array([each.start for each in pieces]).reshape(-1, 3)
+        self._ends = np.array([each.end for each in pieces]).reshape(-1, 3)
+        self._radii = np.array([each.radius for each in pieces])
+        self._near_object = np.array([each.name in guarded for each in pieces], dtype=bool)
         self._object_joints = self._joints[self._near_object]
         self._object_ends = (self._starts[self._near_object], self._ends[self._near_object])
         self._object_radii = self._radii[self._near_object]
@@ -59,7 +58,7 @@ class BatchedClearances:
         self._set_ground(shapes)
         tips = tip_axes(problem.hand, problem.frames) if self.options.tip_patch else ()
         sides = inner_axes(problem.hand, shapes, problem.frames) if self.options.link_object == "geometry" else ()
-        self._leaning = {"tip_patch": tips, "tangency": sides}
+        self._leaning = {"tip_patch": tips, "tangency": tuple((*side, 0.0) for side in sides)}
 
     def rows(self, contacts: BatchedContacts) -> list[Rows]:
         """Return the rows of all clearances at the contacts of a batch of states."""
@@ -78,14 +77,16 @@ class BatchedClearances:
         """Return the names of the solids that keep clear of the object."""
         if self.options.link_object != "geometry":
             return frozenset()
-        touching = contact_shapes(self.problem.hand, shapes, self.problem.frames)
-        return frozenset(shape.name for shape in shapes if shape.name not in touching)
+        convex, frames = self.problem.grasp_object.solid.convex, self.problem.frames
+        kept = guarded_shapes(self.problem.hand, shapes, frames, self.options.margin, convex=convex)
+        touching = contact_shapes(self.problem.hand, shapes, frames)
+        return frozenset(shape.name for shape in kept if shape.name not in touching)
 
     def _set_pairs(self, shapes: tuple[LinkShape, ...]) -> None:
         """Choose the pairs of filled solids that keep clear of each other, sorted by the groups they count in."""
-        filled = _filled(shapes)
+        bodies = filled(shapes)
         pieces: dict[str, list[int]] = {}
-        for index, each in enumerate(filled):
+        for index, each in enumerate(bodies):
             pieces.setdefault(each.name, []).append(index)
         pairs = shape_pairs(self.problem.hand, shapes) if self.options.self_collision else ()
         found = sorted(
@@ -180,18 +181,21 @@ class BatchedClearances:
         derivative[:, :, n_q + 3 : n_q + 6] = cross(lowest, up)
         return Rows("ground", heights[rows, worst], derivative)
 
-    def _leaning_rows(self, name: str, axes: tuple[tuple[int, int, Array], ...], contacts: BatchedContacts) -> Rows:
-        """Return n·a of touching links: their normals into the object against their axes."""
-        which = np.array([index for index, _, _ in axes])
-        joints = np.array([joint for _, joint, _ in axes])
-        along = contacts.placed.directions(joints, np.array([axis for _, _, axis in axes]))
+    def _leaning_rows(
+        self, name: str, axes: tuple[tuple[int, int, Array, float], ...], contacts: BatchedContacts
+    ) -> Rows:
+        """Return n·a + b of touching links: their normals into the object against their axes."""
+        which, joints = (np.array([each[k] for each in axes], dtype=int) for k in (0, 1))
+        along = contacts.placed.directions(joints, np.array([each[2] for each in axes]))
+        room = np.array([each[3] for each in axes])
         normals, n_g = contacts.normals[:, which], contacts.d_normals.shape[2]
         derivative = np.zeros((len(normals), len(which), contacts.d_torques.shape[2]))
         derivative[:, :, :n_g] = (contacts.d_normals[:, which] @ along[..., None])[..., 0]
         spins = (contacts.placed.axes @ cross(along, normals).transpose(0, 2, 1)).transpose(0, 2, 1)
         turning = spins * (self.tree.carried[joints] * ~self.tree.slides)
         derivative[:, :, : self.problem.hand.n_joints] += turning @ self.problem.hand.coupling
-        return Rows(name, np.einsum("bik,bik->bi", normals, along), derivative, equality=name == "tangency")
+        value = np.einsum("bik,bik->bi", normals, along) + room
+        return Rows(name, value, derivative, equality=name == "tangency")
 
     def _pulled(self, contacts: BatchedContacts, joints: Indices, points: Array, normals: Array) -> Array:
         """Return ∂(n·p) by the joint angles of points fixed to joints, in columns of x, of shape (B, k, n_x)."""
@@ -203,30 +207,3 @@ class BatchedClearances:
         derivative = np.zeros((*points.shape[:2], contacts.d_torques.shape[2]))
         derivative[:, :, :n_q] = (every * self.tree.carried[joints]) @ self.problem.hand.coupling
         return derivative
-
-
-class _Piece:
-    """A sphere or capsule of the search, fixed to a joint."""
-
-    def __init__(self, name: str, joint: int, start: Array, end: Array, radius: float) -> None:
-        self.name, self.joint, self.start, self.end, self.radius = name, joint, start, end, radius
-
-
-def _filled(shapes: Iterable[LinkShape]) -> list[_Piece]:
-    """Return shapes as spheres and capsules: others by spheres in a lattice of their bounding box, inside of it."""
-    pieces = []
-    for shape in shapes:
-        if shape.geometry is None:
-            pieces.append(_Piece(shape.name, shape.joint, shape.start, shape.end, shape.radius))
-            continue
-        shape.geometry.computeLocalAABB()
-        low, high = np.array(shape.geometry.aabb_local.min_), np.array(shape.geometry.aabb_local.max_)
-        radius = float((high - low).min()) / 2.0
-        steps = [
-            np.linspace(a + radius, b - radius, min(MOST_FILLING, int(np.ceil((b - a) / (2.0 * radius) - 1e-9))))
-            for a, b in zip(low, high, strict=True)
-        ]
-        for centre in np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3):
-            at = np.array(shape.placement.act(centre))
-            pieces.append(_Piece(shape.name, shape.joint, at, at, radius))
-    return pieces
