@@ -25,7 +25,7 @@ from ..collision.link_shapes import (
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Indices
 from .contacts import BatchedContacts
-from .filling import filled
+from .filling import inner_pieces
 from .rows import Rows
 from .tree import BatchedTree, cross
 
@@ -40,7 +40,7 @@ class BatchedClearances:
     def __init__(self, problem: GraspProblem, tree: BatchedTree) -> None:
         self.problem, self.tree, self.options = problem, tree, problem.clearance
         shapes = link_shapes(problem.hand)
-        pieces, guarded = filled(shapes), self._guarded(shapes)
+        pieces, guarded = inner_pieces(shapes), self._guarded(shapes)
         self._joints = np.array([each.joint for each in pieces], dtype=int)
         self._starts = np.array([each.start for each in pieces]).reshape(-1, 3)
         self._ends = np.array([each.end for each in pieces]).reshape(-1, 3)
@@ -84,7 +84,7 @@ class BatchedClearances:
 
     def _set_pairs(self, shapes: tuple[LinkShape, ...]) -> None:
         """Choose the pairs of filled solids that keep clear of each other, sorted by the groups they count in."""
-        bodies = filled(shapes)
+        bodies = inner_pieces(shapes)
         pieces: dict[str, list[int]] = {}
         for index, each in enumerate(bodies):
             pieces.setdefault(each.name, []).append(index)

@@ -23,7 +23,7 @@ class Piece:
         self.name, self.joint, self.start, self.end, self.radius = name, joint, start, end, radius
 
 
-def filled(shapes: Iterable[LinkShape]) -> list[Piece]:
+def inner_pieces(shapes: Iterable[LinkShape]) -> list[Piece]:
     """Return shapes as spheres and capsules: others by spheres in a lattice of their bounding box, inside of it."""
     pieces = []
     for shape in shapes:
