@@ -33,6 +33,8 @@ COARSEST, FINEST = 1e-3, 0.3e-3
 """… but no coarser and no finer than this [m] …"""
 TOLERANCE = 0.3e-3
 """… and finer where the measured error is larger than this [m]."""
+MOST_ERROR, MOST_SHARE = 0.5e-3, 0.01
+"""A grid with a larger error than this [m], and than this share of the longest side, is refused unless asked for."""
 MAX_SHELL = 0.1
 """Largest thickness of a wall [m]."""
 SMALL, LARGE = 0.01, 1.0
@@ -158,6 +160,10 @@ def _distance_grid(path: str, mesh: trimesh.Trimesh, resolution: float | None) -
         return cached_distance_grid(mesh, positive("object mesh.resolution", resolution, unit="m"))
     spacing = float(np.clip(mesh.extents.max() / CELLS, FINEST, COARSEST))
     grid = cached_distance_grid(mesh, spacing, TOLERANCE)
+    allowed = max(MOST_ERROR, MOST_SHARE * float(mesh.extents.max()))
+    if grid.error > allowed:
+        reason = f"its distance is exact to {1e3 * grid.error:.2g} mm only, {1e3 * allowed:.2g} mm are allowed"
+        raise FileFormatError(path, f"{reason}; resolution={grid.axes.resolution / 2:.1g} is finer")
     if grid.error > TOLERANCE and mesh.extents.max() <= LARGE:
         message = f"{path}: its distance is exact to {1e3 * grid.error:.2f} mm only (thin or sharp parts)"
         warnings.warn(message, MeshWarning, stacklevel=4)

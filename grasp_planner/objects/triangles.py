@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from ..spatial import Array, Indices
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 CHUNK = 400_000
 """Points whose exact distance is computed at once."""
+FEW, CELL_SIZES = 1000, 6
+"""Points up to which each has a winding number of its own, and how many sizes of cells share one otherwise."""
 TOUCHING = 1e-4
 """Distance below which the direction to the nearest point says nothing and the triangle's normal is taken [m]."""
 SLIVER = 1e-3
@@ -121,8 +124,35 @@ def _signed(mesh: trimesh.Trimesh, points: Array) -> tuple[Array, Indices, Array
 
     vertices, faces = _arrays(mesh)
     square, nearest, closest = igl.point_mesh_squared_distance(points, vertices, faces)
-    inside = winding_number(mesh, points) > 0.5
+    inside = _inside(mesh, points, np.sqrt(square))
     return np.where(inside, -1.0, 1.0) * np.sqrt(square), np.asarray(nearest), np.asarray(closest)
+
+
+def _inside(mesh: trimesh.Trimesh, points: Array, distance: Array) -> npt.NDArray[np.bool_]:
+    """Return which points are inside, by few winding numbers: within a ball without surface all are on one side.
+
+    In cells of falling size the point farthest from the surface speaks for those that its ball covers.
+    """
+    inside = np.zeros(len(points), dtype=bool)
+    left, cell = np.arange(len(points)), float(mesh.extents.max()) / 4
+    for _ in range(CELL_SIZES):
+        if len(left) <= FEW:
+            break
+        cells = np.floor((points[left] - mesh.bounds[0]) / cell).astype(np.int64)
+        codes = (cells - cells.min(axis=0)) @ [1 << 40, 1 << 20, 1]
+        order = np.lexsort((-distance[left], codes))
+        first = np.flatnonzero(np.diff(codes[order], prepend=-1))
+        speaker = np.empty(len(left), dtype=np.intp)
+        speaker[order] = np.repeat(np.arange(len(first)), np.diff(first, append=len(left)))
+        leading = left[order[first]]
+        said = winding_number(mesh, points[leading]) > 0.5
+        centre = leading[speaker]
+        covered = np.linalg.norm(points[left] - points[centre], axis=1) < distance[centre]
+        covered[order[first]] = True
+        inside[left[covered]] = said[speaker[covered]]
+        left, cell = left[~covered], cell / 2
+    inside[left] = winding_number(mesh, points[left]) > 0.5
+    return inside
 
 
 def _arrays(mesh: trimesh.Trimesh) -> tuple[Array, Indices]:

@@ -15,7 +15,7 @@ import pytest
 import trimesh
 
 import grasp_planner as gp
-from grasp_planner.objects import MeshWarning, grid_cache, mesh_file
+from grasp_planner.objects import MeshWarning, grid_cache, mesh_file, mesh_solid
 from grasp_planner.objects.moments import solid_moments
 from grasp_planner.objects.sides import probed_sides
 from grasp_planner.objects.simplify import simplified
@@ -128,6 +128,17 @@ def test_evaluation_is_fast(solid):
     for _ in range(200):
         solid.sample(points)
     assert (time.process_time() - began) / 200 < 5e-4
+
+
+def test_a_grid_that_is_too_coarse_is_refused(tmp_path, monkeypatch):
+    """Unless its resolution was asked for."""
+    path = box(tmp_path, size=(0.02, 0.02, 0.02))
+    assert gp.MeshObject.load(path, resolution=0.01).distance_error > 5e-4
+    monkeypatch.setattr(mesh_solid, "FINEST", 0.01)
+    monkeypatch.setattr(mesh_solid, "COARSEST", 0.01)
+    monkeypatch.setattr(mesh_solid, "TOLERANCE", 1.0)
+    with pytest.raises(gp.FileFormatError, match=r"mm only, 0.5 mm are allowed; resolution=0.005 is finer"):
+        gp.MeshObject.load(path)
 
 
 def test_cache_is_used_and_not_trusted(tmp_path, monkeypatch):

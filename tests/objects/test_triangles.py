@@ -13,6 +13,7 @@ import trimesh
 import grasp_planner as gp
 from grasp_planner.model.contacts import Contacts
 from grasp_planner.multistart.problem_rows import BatchedProblem
+from grasp_planner.objects import triangles
 from grasp_planner.objects.distance_grid import build_distance_grid
 from grasp_planner.objects.triangles import exact_distance, nearest_points, normal_spread
 from grasp_planner.planning.program import GraspProgram
@@ -45,6 +46,17 @@ def test_sides_follow_the_winding_number():
     misled = (igl.signed_distance(points, vertices, faces, sign_type=kind)[0] < 0.0) != inside
     assert misled.mean() > 0.001
     np.testing.assert_array_equal(exact_distance(mesh, points) < 0.0, inside)
+
+
+def test_sides_of_many_points_take_few_winding_numbers(monkeypatch):
+    """Points that a ball without surface joins have one winding number; none of them is on another side for it."""
+    mesh = folded_tube()
+    points = np.random.default_rng(1).uniform(mesh.bounds[0] - 0.02, mesh.bounds[1] + 0.02, (20000, 3))
+    inside, asked = triangles.winding_number(mesh, points) > 0.5, []
+    whole = triangles.winding_number
+    monkeypatch.setattr(triangles, "winding_number", lambda m, p: asked.append(len(p)) or whole(m, p))
+    np.testing.assert_array_equal(exact_distance(mesh, points) < 0.0, inside)
+    assert sum(asked) < 10000
 
 
 def test_nearest_points_of_a_box():
