@@ -26,6 +26,7 @@ from grasp_planner.model import (
     homogeneous_solution,
     kinematic_manipulability,
     moved_stiffness,
+    null_basis,
     principal_stiffness,
     projector,
     quasi_static_maps,
@@ -328,3 +329,50 @@ def test_rigid_contacts_of_a_defective_grasp_have_no_stiffness() -> None:
     rigid = compliant_grasp(springs.grasp, springs.jacobian, springs.basis, contact_stiffness=None, joint_stiffness=1.0)
     with pytest.raises(InvalidValueError, match="rank 5"):
         grasp_stiffness(rigid)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1000.0], ids=["metres", "millimetres"])
+@pytest.mark.parametrize(
+    ("contacts", "joints", "motors", "classes"),
+    [
+        (3, 12, 12, ("graspable", "redundant")),
+        (4, 16, 3, ("graspable", "redundant")),
+        (2, 8, 8, ("indeterminate", "graspable", "redundant")),
+        (3, 6, 6, ("graspable", "defective")),
+        (4, 4, 4, ("graspable", "defective", "hyperstatic")),
+    ],
+)
+def test_all_changes_are_the_kernel_of_all_laws(
+    unit: float, contacts: int, joints: int, motors: int, classes: tuple[str, ...]
+) -> None:
+    rng = np.random.default_rng(contacts * joints)
+    n, each = 3 * contacts, joints // contacts
+    grasp, jacobian = grasp_matrix(0.03 * unit * rng.normal(size=(contacts, 3))), np.zeros((n, joints))
+    for i in range(contacts):
+        jacobian[3 * i : 3 * i + 3, each * i : each * i + each] = 0.08 * unit * rng.normal(size=(3, each))
+    basis = np.eye(joints) if motors == joints else rng.normal(size=(joints, motors))
+    root = rng.normal(size=(n, n))
+    k_c = 1000.0 / unit * (root @ root.T + 3.0 * np.eye(n))
+    k_q, k_z = (unit * np.diag(rng.uniform(0.5, 2.0, size)) for size in (joints, motors))
+    given = {"contact_stiffness": k_c, "joint_stiffness": k_q, "synergy_stiffness": k_z}
+    springs = compliant_grasp(grasp, jacobian, basis, **given)
+    assert grasp_subspaces(grasp, jacobian).classes == classes
+    # Columns: w, f, τ, σ, u, q, z, z_r.
+    sizes = [6, n, joints, motors, 6, joints, motors, motors]
+    zero = [[np.zeros((a, b)) for b in sizes] for a in (6, joints, motors, n, joints, motors)]
+    for row, column, block in (
+        *((0, 0, np.eye(6)), (0, 1, grasp), (1, 1, -jacobian.T), (1, 2, np.eye(joints)), (2, 2, -basis.T)),
+        *((2, 3, np.eye(motors)), (3, 1, np.eye(n)), (3, 4, k_c @ grasp.T), (3, 5, -k_c @ jacobian)),
+        *((4, 2, np.eye(joints)), (4, 5, k_q), (4, 6, -k_q @ basis), (5, 3, np.eye(motors)), (5, 6, k_z), (5, 7, -k_z)),
+    ):
+        zero[row][column] = block
+    kernel = null_basis(np.block(zero), 1e-12)
+    solution = homogeneous_solution(springs)
+    parts = (solution.least_external, solution.least_internal, solution.rigid)
+    found = np.hstack([stacked_change(part) for part in parts])
+    found /= np.linalg.norm(found, axis=0)
+    assert found.shape[1] == kernel.shape[1] == 6 + motors
+    close(projector(found), kernel @ kernel.T, 1e-9)
+    series = np.linalg.inv(k_c) + jacobian @ np.linalg.inv(k_q) @ jacobian.T
+    moved = jacobian @ basis
+    close(grasp_stiffness(springs), grasp @ np.linalg.inv(series + moved @ np.linalg.inv(k_z) @ moved.T) @ grasp.T)

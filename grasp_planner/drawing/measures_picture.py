@@ -62,13 +62,15 @@ def measures_figure(contacts: ContactSet) -> Figure:
         ends = np.array([reach(space, ray)[0] for ray in rays])[:, None] * circle[:-1]
         axes.fill(*ends.T, alpha=0.3, label="forces it can exert")
         axes.plot(*(radius * circle).T, label=f"ε = {radius:.3g} N")
-        axes.set(xlabel=f"{'xyz'[first]} [N]", ylabel=f"{'xyz'[second]} [N]", aspect="equal")
+        axes.set(xlabel=f"{'xyz'[first]} [N]", ylabel=f"{'xyz'[second]} [N]")
+        axes.set_aspect("equal", adjustable="datalim")
     grid[0, 0].legend(loc="upper right", fontsize="small")
     grid[0, 1].set_title("per 1 N of normal forces in all")
     if compliance is not None:
         for axes, plane in zip(grid[1], PLANES, strict=True):
             axes.plot(*(1e3 * circle @ compliance[np.ix_(plane, plane)]).T)
-            axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]", aspect="equal")
+            axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]")
+            axes.set_aspect("equal", adjustable="datalim")
         grid[1, 1].set_title("where 1 N around the circle moves the object")
         _draw_reach(contacts, grid[2], circle)
     return figure
@@ -82,7 +84,8 @@ def _draw_reach(contacts: ContactSet, row: Sequence[Axes], circle: Array) -> Non
         left, sizes, _ = np.linalg.svd(moved[list(plane)])
         widths = np.pad(sizes, (0, 2 - len(sizes)))
         axes.plot(*(1e3 * (circle * widths) @ left.T).T)
-        axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]", aspect="equal")
+        axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]")
+        axes.set_aspect("equal", adjustable="datalim")
     row[1].set_title("where motors of 1 rad in all move the object")
 
 

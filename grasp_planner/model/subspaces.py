@@ -197,7 +197,8 @@ def _named(fields: dict[str, Array]) -> dict[str, Array]:
 
 def _apart(changes: Array, others: Array) -> Array:
     """Return changes less their part in the range of others."""
-    basis = range_basis(others)
+    # Columns of one size: kinds of changes differ by orders of magnitude in their units.
+    basis = range_basis(others / np.maximum(np.linalg.norm(others, axis=0), 1e-300))
     return changes - basis @ (basis.T @ changes)
 
 
