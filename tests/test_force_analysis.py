@@ -401,3 +401,16 @@ def test_every_measure_is_there_for_other_contacts(kind: str) -> None:
     assert found["PCR"].value > 0.0
     assert ("least friction to spare" in found) == contacts.has_friction
     assert found["softest shift"].value > 0.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_gradient_of_the_force_closure_margin_by_points(kind: str) -> None:
+    contacts, points, normals = KINDS[kind]
+    points = points + 0.003 * np.random.default_rng(8).normal(size=points.shape)  # off any symmetry, where it bends
+    value, gradient = analysis.force_closure(points, normals, 0.6, contacts)
+    assert value == pytest.approx(model.force_closure_margin(points, normals, 0.6, contacts))
+    assert value > 0.0
+    change = 1e-3 * np.random.default_rng(3).normal(size=points.shape)
+    moved = contacts.grasp_matrix(points + change, normals) - contacts.grasp_matrix(points, normals)
+    ends = [model.force_closure_margin(points + sign * 0.05 * change, normals, 0.6, contacts) for sign in (1, -1)]
+    assert (gradient * moved).sum() == pytest.approx((ends[0] - ends[1]) / 0.1, rel=1e-3, abs=1e-7)

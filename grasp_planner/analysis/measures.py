@@ -140,7 +140,7 @@ def _wrenches(contacts: ContactSet, everything: bool, quick: bool) -> list[Measu
     """Return what can be resisted."""
     group, unit = "wrenches it can exert", f"moments over {1e3 * contacts.length:.0f} mm"
     space = contacts.wrench_space()
-    closure = quality.force_closure(contacts.points, contacts.normals, space.friction, contacts.model)
+    closure = quality.force_closure(contacts.points, contacts.normals, space.friction, contacts.model)[0]
     found = [
         Measure(group, "force-closure margin", closure, "", "above 0: the contacts can resist any wrench", True),
     ]

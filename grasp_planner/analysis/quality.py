@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..model.contact_model import ContactModel
-from ..model.force_closure import HARD, force_closure_margin
+from ..model.force_closure import HARD, force_closure_slope
 from ..spatial import Array
 
 
@@ -61,9 +61,14 @@ def uniformity(grasp: Array, jacobian: Array) -> tuple[float, Array, Array]:
     return 1.0 / ratio, -by_grasp / ratio**2, -by_jacobian / ratio**2
 
 
-def force_closure(points: Array, normals: Array, friction: npt.ArrayLike, model: ContactModel = HARD) -> float:
-    """Return how far inside the cones internal forces can be, 1 N a contact on average; the package's own margin."""
-    return force_closure_margin(points, normals, friction, model)
+def force_closure(
+    points: Array, normals: Array, friction: npt.ArrayLike, model: ContactModel = HARD
+) -> tuple[float, Array]:
+    """Return how far inside the cones internal forces can be, 1 N a contact on average, and its gradient by G.
+
+    The package's own margin, :func:`grasp_planner.model.force_closure.force_closure_margin`.
+    """
+    return force_closure_slope(points, normals, friction, model)
 
 
 def grasp_polygon_area(points: Array) -> tuple[float, Array]:

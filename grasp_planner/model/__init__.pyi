@@ -24,6 +24,7 @@ from .contacts import grasp_matrix as grasp_matrix
 from .contacts import hand_jacobian as hand_jacobian
 from .contacts import synergy_jacobian as synergy_jacobian
 from .force_closure import force_closure_margin as force_closure_margin
+from .force_closure import force_closure_slope as force_closure_slope
 from .force_closure import force_norm_floor as force_norm_floor
 from .friction import force_norm as force_norm
 from .friction import friction_angles as friction_angles

@@ -66,10 +66,30 @@ def force_closure_margin(points: Array, normals: Array, friction: npt.ArrayLike,
     Returns:
         Margin, at most the mean μ; negative infinity if G lacks rank 6 or no internal force exists.
     """
+    return force_closure_slope(points, normals, friction, model)[0]
+
+
+def force_closure_slope(
+    points: Array, normals: Array, friction: npt.ArrayLike, model: ContactModel = HARD
+) -> tuple[float, Array]:
+    """Return :func:`force_closure_margin` and its gradient by G at fixed cones.
+
+    By the dual ω of G λ = 0, a twist, the gradient is ω λᵀ where the best λ is the only one.
+
+    Args:
+        points: Contact points in O [m], of shape (n_c, 3).
+        normals: Unit normals into the object, of shape (n_c, 3).
+        friction: Coefficient of friction μ, one number or one for each contact.
+        model: What the contacts transmit.
+
+    Returns:
+        The margin and ∂margin/∂G, of shape (6, d n_c); zero without a margin.
+    """
     grasp = model.grasp_matrix(points, normals)
     scale = np.repeat([1.0, 1.0 / max(float(np.ptp(points, axis=0).max()), 1e-9)], 3)
+    nothing = (-math.inf, np.zeros_like(grasp))
     if len(points) < model.fewest_contacts or np.linalg.matrix_rank(scale[:, None] * grasp, tol=1e-6) < 6:
-        return -math.inf
+        return nothing
     # Variables (λ, s): s is subtracted in the first row of every cone.
     n_c = len(points)
     size = grasp.shape[1] + 1
@@ -79,10 +99,13 @@ def force_closure_margin(points: Array, normals: Array, friction: npt.ArrayLike,
     cones = model.cone_rows(normals, friction, size)
     for rows in cones:
         rows[0, -1] = -1.0
-    solution = solve_cone_program(
+    solution = solve_cone_pair(
         -np.eye(size)[-1], equality, np.eye(7)[6], cones, [np.zeros(len(rows)) for rows in cones]
     )
-    return -math.inf if solution is None else float(solution[-1])
+    if solution is None:
+        return nothing
+    found, duals = solution
+    return float(found[-1]), -np.outer(scale * duals[:6], found[:-1])
 
 
 def solve_cone_program(
@@ -100,6 +123,14 @@ def solve_cone_program(
     Returns:
         The solution, of shape (n,), or None if the solver found none.
     """
+    found = solve_cone_pair(cost, equality, right, cones, offsets)
+    return None if found is None else found[0]
+
+
+def solve_cone_pair(
+    cost: Array, equality: Array, right: Array, cones: Sequence[Array], offsets: Sequence[Array]
+) -> tuple[Array, Array] | None:
+    """Solve what :func:`solve_cone_program` does and return also the duals, those of the p equalities first."""
     a = sparse.csc_matrix(np.vstack([equality, *(-rows for rows in cones)]))
     b = np.concatenate([right, *offsets])
     kinds = [clarabel.ZeroConeT(len(right)), *(clarabel.SecondOrderConeT(len(rows)) for rows in cones)]
@@ -110,4 +141,4 @@ def solve_cone_program(
     solution = solver.solve()
     if solution.status not in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
         return None
-    return np.array(solution.x)
+    return np.array(solution.x), np.array(solution.z)
