@@ -86,6 +86,10 @@ def test_analyse_compares_two_grasps_in_every_measure_and_draws(file, tmp_path):
     assert found["norm of the forces"].value == pytest.approx(np.linalg.norm(grasp.forces))
     assert found["least friction to spare"].value == pytest.approx(grasp.friction_margins.min())
     assert found["imbalance"].value < 1e-9
+    assert found["V"].value > 0.0
+    away = np.sqrt(np.mean((grasp.joint_angles - grasp.problem.synergies.mean) ** 2))
+    assert found["distance from the mean"].value == pytest.approx(np.degrees(away))
+    assert 0.0 < found["joints off the middle"].value < 1.0
 
 
 def test_the_picture_shows_stiffness_and_reach_where_springs_hold_the_object(planned):

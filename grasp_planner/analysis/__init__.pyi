@@ -15,6 +15,7 @@ from .friction_cost import least_friction_cost as least_friction_cost
 from .improve import Improvement as Improvement
 from .improve import improve_grasp as improve_grasp
 from .measures import ContactSet as ContactSet
+from .measures import JointRange as JointRange
 from .measures import Measure as Measure
 from .measures import contact_set as contact_set
 from .measures import measure_contacts as measure_contacts

@@ -21,7 +21,7 @@ from ..spatial import Array
 from ..values import Value
 from . import quality
 from .force_optimisation import ForceProblem, best_forces
-from .friction_cost import ContactLimits
+from .friction_cost import ContactLimits, contact_cost
 from .robustness import contact_robustness
 from .wrench_edges import edge_wrenches, min_weight, wrench_volume
 from .wrench_space import Bound, WrenchSpace, epsilon
@@ -51,6 +51,23 @@ class Measure:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class JointRange(Value):
+    """Where the joints are within their range.
+
+    Attributes:
+        q: Joint angles [rad], of shape (n_q,).
+        lower: Lower limits.
+        upper: Upper limits.
+        mean: The posture without any command, q̄.
+    """
+
+    q: Array
+    lower: Array
+    upper: Array
+    mean: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ContactSet(Value):
     """Contacts from anywhere, and what moves them where that is known.
 
@@ -63,6 +80,7 @@ class ContactSet(Value):
         wrench: w_ext on the object [N, N m], of shape (6,).
         springs: Hand and stiffnesses.
         model: What the contacts transmit.
+        joints: Posture of the hand.
     """
 
     points: Array
@@ -73,6 +91,7 @@ class ContactSet(Value):
     wrench: Array | None = None
     springs: CompliantGrasp | None = None
     model: ContactModel = HARD
+    joints: JointRange | None = None
 
     @property
     def grasp_matrix(self) -> Array:
@@ -115,6 +134,7 @@ def contact_set(grasp: Grasp) -> ContactSet:
         problem.external_wrench,
         springs,
         problem.contact_model,
+        JointRange(grasp.joint_angles, problem.hand.lower, problem.hand.upper, problem.synergies.mean),
     )
 
 
@@ -132,7 +152,7 @@ def measure_contacts(contacts: ContactSet, *, everything: bool = True, quick: bo
     found = [*_wrenches(contacts, everything, quick), *_forces(contacts)]
     if contacts.springs is not None:
         found += [*_hand(contacts, contacts.springs), *_stiffness(contacts, contacts.springs)]
-    found += _shape(contacts)
+    found += [*_shape(contacts), *_posture(contacts.joints)]
     return tuple(each for each in found if everything or each.main)
 
 
@@ -178,6 +198,9 @@ def _forces(contacts: ContactSet) -> list[Measure]:
             Measure(group, "largest force", float(sizes.max()), "N", "of any contact", True),
             Measure(group, "imbalance", float(rest), "N, N m", "largest entry of G f + w_ext"),
         ]
+        limits = ContactLimits(float(contacts.friction.min()), 0.0, 30.0)
+        cost = contact_cost(contacts.forces, contacts.covectors, limits).value
+        found.append(Measure(group, "V", cost, "N⁻²", "closeness to cones, 0 N and 30 N; Σ 1/(2 s²) over distances s"))
         if contacts.model.has_friction:
             spare = float(friction_margins(contacts.forces, contacts.covectors, contacts.friction).min())
             says = "μ f_n − |f_t| of the worst contact"
@@ -256,3 +279,16 @@ def _shape(contacts: ContactSet) -> list[Measure]:
             Measure(group, "unevenness of the polygon", uneven, "", "0: regular"),
         ]
     return found
+
+
+def _posture(joints: JointRange | None) -> list[Measure]:
+    """Return where the joints are."""
+    if joints is None:
+        return []
+    group = "posture"
+    centred = quality.joint_centring(joints.q, joints.lower, joints.upper)[0]
+    away = math.degrees(quality.posture_deviation(joints.q, joints.mean)[0])
+    return [
+        Measure(group, "joints off the middle", centred, "", "0: all in the middle of their range, 1: all on a limit"),
+        Measure(group, "distance from the mean", away, "°", "root mean square of the joints from q̄"),
+    ]
