@@ -8,7 +8,9 @@ import pytest
 from scipy.optimize import fsolve
 
 import grasp_planner as gp
+from grasp_planner.analysis import contact_set
 from grasp_planner.hand.configuration import HandConfiguration
+from grasp_planner.model import Preload, quasi_static_maps
 from grasp_planner.model.compliance import bent, series_stiffness
 from grasp_planner.spatial import rotation_between
 from tests.finite_differences import central_differences
@@ -175,3 +177,20 @@ def test_frictionless_contacts_slide(right):
     scale = np.repeat([1.0, 1.0 / grasp.stability.length], 3)
     size = np.abs(scale[:, None] * numeric * scale).max()
     assert np.abs(scale[:, None] * (grasp.stability.stiffness - numeric) * scale).max() < 1e-7 * size
+
+
+def test_the_preload_of_the_joints_is_the_change_of_their_torques():
+    grasp = stored("point_sphere")
+    problem, forces = grasp.problem, grasp.forces.ravel()
+
+    def torques(q):
+        posed = HandConfiguration(problem.hand, q, grasp.palm_pose)
+        points = posed.contact_centres(problem.frames)  # points of the links: the tips have no radius
+        return posed.contact_jacobian(problem.frames, points).T @ forces
+
+    found = contact_set(grasp, preloaded=True).springs.preload.joints
+    numeric = central_differences(torques, grasp.joint_angles, 1e-5)
+    np.testing.assert_allclose(found, numeric, atol=1e-7 * np.abs(numeric).max())
+    assert contact_set(grasp).springs.preload == Preload()
+    with_it, without = (quasi_static_maps(contact_set(grasp, preloaded=on).springs).commands for on in (True, False))
+    assert np.abs(with_it.contact_forces - without.contact_forces).max() > 0.0

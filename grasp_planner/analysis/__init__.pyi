@@ -14,10 +14,10 @@ from .friction_cost import contact_cost as contact_cost
 from .friction_cost import least_friction_cost as least_friction_cost
 from .improve import Improvement as Improvement
 from .improve import improve_grasp as improve_grasp
-from .measures import ContactSet as ContactSet
-from .measures import JointRange as JointRange
+from .measured_contacts import ContactSet as ContactSet
+from .measured_contacts import JointRange as JointRange
+from .measured_contacts import contact_set as contact_set
 from .measures import Measure as Measure
-from .measures import contact_set as contact_set
 from .measures import measure_contacts as measure_contacts
 from .problem_parameters import Parameter as Parameter
 from .problem_parameters import parameters_of as parameters_of

@@ -8,23 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..exceptions import InvalidValueError
-from ..grasp.grasp import Grasp
-from ..model.compliance import joint_stiffness
-from ..model.contact_model import ContactModel
-from ..model.force_closure import HARD
 from ..model.friction import friction_margins
 from ..model.manipulability import force_manipulability, kinematic_manipulability
-from ..model.quasi_static import CompliantGrasp, compliant_grasp
+from ..model.quasi_static import CompliantGrasp
 from ..model.stiffness import grasp_stiffness, principal_stiffness
 from ..model.subspaces import commanded_forces, grasp_subspaces, rigid_body_motions
-from ..spatial import Array
-from ..values import Value
 from . import quality
 from .force_optimisation import ForceProblem, best_forces
 from .friction_cost import ContactLimits, contact_cost
+from .measured_contacts import ContactSet, JointRange
 from .robustness import contact_robustness
 from .wrench_edges import edge_wrenches, min_weight, wrench_volume
-from .wrench_space import Bound, WrenchSpace, epsilon
+from .wrench_space import epsilon
 
 
 @dataclass(frozen=True)
@@ -48,94 +43,6 @@ class Measure:
     says: str
     main: bool = False
     text: str = ""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class JointRange(Value):
-    """Where the joints are within their range.
-
-    Attributes:
-        q: Joint angles [rad], of shape (n_q,).
-        lower: Lower limits.
-        upper: Upper limits.
-        mean: The posture without any command, q̄.
-    """
-
-    q: Array
-    lower: Array
-    upper: Array
-    mean: Array
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ContactSet(Value):
-    """Contacts from anywhere, and what moves them where that is known.
-
-    Attributes:
-        points: c_i [m], of shape (n_c, 3).
-        normals: Unit normals into the object, of shape (n_c, 3).
-        friction: μ of each contact, of shape (n_c,).
-        centre: The object's centre of mass [m], of shape (3,); wrenches are about it.
-        forces: f_i on the object [N], of shape (n_c, 3); intensities λ_i, of shape (n_c, d), for another model.
-        wrench: w_ext on the object [N, N m], of shape (6,).
-        springs: Hand and stiffnesses.
-        model: What the contacts transmit.
-        joints: Posture of the hand.
-    """
-
-    points: Array
-    normals: Array
-    friction: Array
-    centre: Array
-    forces: Array | None = None
-    wrench: Array | None = None
-    springs: CompliantGrasp | None = None
-    model: ContactModel = HARD
-    joints: JointRange | None = None
-
-    @property
-    def grasp_matrix(self) -> Array:
-        """G about the centre, of shape (6, d n_c)."""
-        return self.model.grasp_matrix(self.points - self.centre, self.normals)
-
-    @property
-    def covectors(self) -> Array:
-        """ν of every contact, for hard fingers the normals, of shape (n_c, d)."""
-        return self.model.covectors(self.normals)
-
-    def wrench_space(self, bound: Bound = "L1") -> WrenchSpace:
-        """Return the wrenches that the contacts can exert, moments divided by L."""
-        known = (self.grasp_matrix, self.normals, self.friction)
-        return WrenchSpace.of(*known, bound=bound, length=self.length, model=self.model)
-
-    @property
-    def length(self) -> float:
-        """L: the largest distance of a contact from the centre [m], by which moments are measured."""
-        return float(np.linalg.norm(self.points - self.centre, axis=1).max())
-
-
-def contact_set(grasp: Grasp) -> ContactSet:
-    """Return the contacts of a planned grasp."""
-    problem, springs = grasp.problem, None
-    if problem.parameters.contact_stiffness > 0.0 and not problem.rigid_joints.any():
-        springs = compliant_grasp(
-            grasp.grasp_matrix,
-            grasp.hand_jacobian,
-            problem.synergies.basis,
-            contact_stiffness=problem.contact_springs,
-            joint_stiffness=joint_stiffness(problem.joint_compliance),
-        )
-    return ContactSet(
-        grasp.contacts.points,
-        grasp.contacts.normals,
-        np.broadcast_to(problem.parameters.friction, len(grasp.contacts.points)),
-        np.zeros(3),
-        grasp.intensities,
-        problem.external_wrench,
-        springs,
-        problem.contact_model,
-        JointRange(grasp.joint_angles, problem.hand.lower, problem.hand.upper, problem.synergies.mean),
-    )
 
 
 def measure_contacts(contacts: ContactSet, *, everything: bool = True, quick: bool = False) -> tuple[Measure, ...]:

@@ -12,7 +12,8 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from ..analysis.improve import GOALS, Goal, Improvement, improve_grasp, withstood
-from ..analysis.measures import ContactSet, Measure, contact_set
+from ..analysis.measured_contacts import ContactSet, contact_set
+from ..analysis.measures import Measure
 from ..analysis.sensitivity import PostOptimality, Sensitivity, post_optimality
 from ..analysis.tolerance import QUESTION, pose_tolerances
 from ..grasp.grasp import Grasp

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from ..analysis.measures import ContactSet, Measure, contact_set, measure_contacts
+from ..analysis.measured_contacts import ContactSet, contact_set
+from ..analysis.measures import Measure, measure_contacts
 from ..records.contact_file import is_contact_file, read_contact_file
 from .grasp_file import opened_grasp
 from .margins import new_table

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..analysis.measures import ContactSet
+from ..analysis.measured_contacts import ContactSet
 from ..analysis.wrench_space import epsilon, reach
 from ..exceptions import InvalidValueError
 from ..files.writing import replacing

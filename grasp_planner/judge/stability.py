@@ -124,6 +124,13 @@ def _root(compliance: Array) -> Array:
     return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
 
 
+def joint_preload(
+    problem: GraspProblem, q: Array, palm_in_object: Pose, contacts: Contacts, intensities: Array
+) -> Array:
+    """Return ∂(Jᵀ λ)/∂q [N m/rad] with constant forces at points that are fixed on their links, of shape (n_q, n_q)."""
+    return _Motion.at(problem, q, palm_in_object, contacts, intensities).preload
+
+
 def _symmetric(matrix: Array) -> tuple[Array, Array]:
     """Return eigenvalues, smallest first, and eigenvectors of the symmetric part of a matrix."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))

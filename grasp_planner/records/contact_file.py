@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field, ValidationError
 
-from ..analysis.measures import ContactSet
+from ..analysis.measured_contacts import ContactSet
 from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError
 from ..files.text import read_text_file
 from ..model.contact_model import parse_contact_model

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..analysis.measures import contact_set, measure_contacts
+from ..analysis.measured_contacts import contact_set
+from ..analysis.measures import measure_contacts
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
 from ..grasp.verdict import Violation
 from ..problem.term import METRE, Unit
