@@ -144,6 +144,15 @@ class GraspObject(Value, ABC):
         """
         return np.zeros((len(points), 0)), np.zeros((len(points), 0, 3))
 
+    def opposed_patches(self) -> tuple[Array, Array]:
+        """Return where a hand may close on part of the object: points between patches that face away from each other.
+
+        Returns:
+            The points in O [m] and the unit directions across, of shape (n, 3) each; none where a hand closes on the
+            object as a whole.
+        """
+        return np.zeros((0, 3)), np.zeros((0, 3))
+
     @property
     @abstractmethod
     def half_extents(self) -> Array:

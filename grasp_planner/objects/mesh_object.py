@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -15,6 +16,7 @@ from ..spatial import Array, readonly
 from ..values import exact_text
 from .base import MASSES, GraspObject, SurfaceSample
 from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid
+from .patches import opposed_patches
 from .triangles import NearestPoints, nearest_points, normal_spread
 
 if TYPE_CHECKING:
@@ -132,6 +134,15 @@ class MeshObject(GraspObject):
     def normal_spread(self, points: Array, radius: float) -> Array:
         """Return the spread of the triangles' normals; see the base class."""
         return normal_spread(self.mesh, points, radius)
+
+    def opposed_patches(self) -> tuple[Array, Array]:
+        """Return points between smooth patches that face away from each other; see the base class."""
+        return self._patches
+
+    @cached_property
+    def _patches(self) -> tuple[Array, Array]:
+        """What is found once."""
+        return opposed_patches(self.mesh, self.field)
 
     @property
     def distance_error(self) -> float:

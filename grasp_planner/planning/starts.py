@@ -17,6 +17,14 @@ ELONGATED = 1.3
 """Ratio of half extents from which an object counts as long; it is then grasped across its long axis."""
 
 
+ON_PATCHES = 0.5
+"""Share of random starts that close on a pair of opposed patches, where the object has some."""
+APPROACHES, ROOMIEST = 16, 4
+"""Pairs, with a direction to come from, that such a start looks at, and of how many with the most room it takes one."""
+PALM_AWAY = 0.08
+"""How far the palm is from the point it closes on [m]."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class GraspStart(Value):
     """A point to start from.
@@ -67,6 +75,8 @@ def standard_start(problem: GraspProblem) -> GraspStart:
 def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     """Return a random start: the palm somewhere around the object, the posture along the synergies.
 
+    On an object with opposed patches, as meshes have, every other start closes on a pair of these.
+
     Args:
         problem: The problem.
         rng: Source of random numbers.
@@ -74,7 +84,11 @@ def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     Returns:
         The start.
     """
-    hand, extents = problem.hand, problem.grasp_object.half_extents
+    points, across = problem.grasp_object.opposed_patches()
+    if len(points) and rng.random() < ON_PATCHES:
+        chosen = rng.integers(len(points), size=APPROACHES)
+        return _start_on(problem, rng, points[chosen], across[chosen])
+    extents = problem.grasp_object.half_extents
     long_axis = np.eye(3)[int(np.argmax(extents))]
     if extents.max() < ELONGATED * np.median(extents):
         long_axis = _unit(rng.normal(size=3))
@@ -83,9 +97,35 @@ def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     rotation = rotation_exp(rng.normal(0.0, 0.15, 3)) @ _palm_rotation(problem, approach, closing)
     centre = problem.grasp_centre + rng.normal(0.0, 0.012, 3)
     along = long_axis * rng.uniform(-0.4, 0.4) * float(extents.max() - extents.min())
-    sigma = rng.normal(0.0, 0.3, problem.n_synergies)
+    return _random_posture(problem, rng, pin.SE3(rotation, along - rotation @ centre))
+
+
+def _start_on(problem: GraspProblem, rng: np.random.Generator, points: Array, across: Array) -> GraspStart:
+    """Return a random start whose thumb and fingers close on both sides of one of some points, where there is room.
+
+    Args:
+        problem: The problem.
+        rng: Source of random numbers.
+        points: The points in O [m], of shape (n, 3).
+        across: Unit directions from one side to the other, of shape (n, 3).
+    """
+    approaches = rng.normal(size=(len(points), 3))
+    approaches -= (approaches * across).sum(axis=1, keepdims=True) * across
+    approaches /= np.linalg.norm(approaches, axis=1, keepdims=True)
+    room = problem.grasp_object.distances(points - PALM_AWAY * np.array([[[0.5]], [[1.0]]]) * approaches).min(axis=0)
+    best = int(rng.choice(np.argsort(room)[-ROOMIEST:]))
+    point, approach = points[best], approaches[best]
+    closing = rng.choice([-1.0, 1.0]) * np.cross(approach, across[best])
+    rotation = rotation_exp(rng.normal(0.0, 0.15, 3)) @ _palm_rotation(problem, approach, closing)
+    centre = problem.grasp_centre + rng.normal(0.0, 0.008, 3)
+    return _random_posture(problem, rng, pin.SE3(rotation, point - rotation @ centre))
+
+
+def _random_posture(problem: GraspProblem, rng: np.random.Generator, palm_pose: pin.SE3) -> GraspStart:
+    """Return a start with a palm pose and a random posture along the synergies, without force."""
+    hand, sigma = problem.hand, rng.normal(0.0, 0.3, problem.n_synergies)
     q = np.clip(problem.synergies.joint_angles(sigma), hand.lower, hand.upper)
-    return GraspStart(q, pin.SE3(rotation, along - rotation @ centre), np.zeros(problem.n_synergies))
+    return GraspStart(q, palm_pose, np.zeros(problem.n_synergies))
 
 
 def _palm_rotation(problem: GraspProblem, approach: Array, closing: Array) -> Array:
