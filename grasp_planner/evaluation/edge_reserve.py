@@ -11,14 +11,16 @@ from ..spatial import Array
 REACH = 2e-3
 """How far around a contact the search compares normals [m]: the footprint and the width over which the smooth distance
 rounds an edge."""
+SHARP = 3e-3
+"""Radius of edges from which a finger can rest on them [m]: a footprint of 1 mm then holds normals within 40°."""
 LIMIT = float(np.radians(35.0))
 """Widest angle that the search allows there; on an edge of 90° the smooth normal is 45° from both sides [rad]."""
 _SIDES = np.vstack([np.eye(3), -np.eye(3)])
 
 
 def edges_count(problem: GraspProblem) -> bool:
-    """Return whether contacts have to keep from edges: the object has some of its own, and real geometry counts."""
-    return problem.grasp_object.distance_error > 0.0 and problem.clearance.link_object == "geometry"
+    """Return whether contacts have to keep from edges: the object has sharp ones, and real geometry counts."""
+    return problem.grasp_object.edge_radius < SHARP and problem.clearance.link_object == "geometry"
 
 
 def edge_reserve(grasp_object: GraspObject, points: Array, normals: Array) -> Array:

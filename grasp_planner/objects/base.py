@@ -120,17 +120,31 @@ class GraspObject(Value, ABC):
         found = self.sample(points)
         return NearestPoints(found.distance, points - found.distance[:, None] * found.gradient, found.gradient)
 
+    @property
+    def edge_radius(self) -> float:
+        """Radius of the sharpest edges that a finger may meet [m]; infinite for none, 0 for those of triangles."""
+        return float("inf")
+
     def normal_spread(self, points: Array, radius: float) -> Array:
         """Return the widest angle between normals of the exact surface within a distance of points of it.
 
         Args:
             points: Points on the surface in O [m], of shape (n, 3).
-            radius: The distance [m].
+            radius: The distance [m]; closed forms are looked at this far off in eight directions.
 
         Returns:
-            The angles [rad], of shape (n,); 0 for closed forms, whose edges are rounded; NaN where a point is none.
+            The angles [rad], of shape (n,); NaN where a point is none.
         """
-        return np.where(np.isfinite(points).all(axis=-1), 0.0, np.nan)
+        if np.isinf(self.edge_radius):
+            return np.where(np.isfinite(points).all(axis=-1), 0.0, np.nan)
+        normals = self.gradients(points)
+        first = np.cross(normals, np.eye(3)[np.argmin(np.abs(normals), axis=1)])
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        second, angles = np.cross(normals, first), np.arange(8) * np.pi / 4
+        around = np.cos(angles)[:, None] * first[:, None] + np.sin(angles)[:, None] * second[:, None]
+        found = np.concatenate([normals[:, None], self.gradients(points[:, None] + radius * around)], axis=1)
+        found /= np.linalg.norm(found, axis=-1, keepdims=True)
+        return np.asarray(np.arccos(np.clip(found @ found.swapaxes(1, 2), -1.0, 1.0)).max(axis=(1, 2)))
 
     def region(self, points: Array) -> tuple[Array, Array]:
         """Evaluate the limits of the surface that may be touched.

@@ -6,6 +6,7 @@ Files are parsed from memory without resolving what they refer to (materials, te
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +30,7 @@ MAX_FACES = 2_000_000
 """Most triangles of a mesh."""
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb", ".dae")
 """Formats that are read, by file suffix."""
+_NO_NUMBER = re.compile(rb"^\s*(?:v|vertex)?\s[^#]*?(?<=\s)([+-]?(?:nan|inf|infinity))(?=\s|$)", re.IGNORECASE)
 MAX_COORDINATE = 1e12
 """Largest coordinate, in the unit of the file."""
 
@@ -81,16 +83,27 @@ def _read(path: Path) -> trimesh.Trimesh:
             if isinstance(mesh, trimesh.Scene):
                 mesh = mesh.to_mesh()
     except Exception as error:
-        reason = (str(error) or type(error).__name__).splitlines()[0]
+        reason = _no_number(data) or (str(error) or type(error).__name__).splitlines()[0][:80]
         raise FileFormatError(path, f"is not a valid {suffix[1:].upper()} mesh: {reason}") from None
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise FileFormatError(path, "contains no triangles")
     if len(mesh.faces) > MAX_FACES:
         raise FileFormatError(path, f"{len(mesh.faces)} triangles, more than the {MAX_FACES} allowed")
-    return _cleaned(path, mesh)
+    return _cleaned(path, mesh, data)
 
 
-def _cleaned(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+def _no_number(data: bytes) -> str:
+    """Say which line of a text file gives a vertex a coordinate that is no finite number; nothing if none does."""
+    if b"\0" in data[:1000]:
+        return ""
+    for number, line in enumerate(data.splitlines(), 1):
+        found = _NO_NUMBER.search(line)
+        if found:
+            return f"line {number} says {found[1].decode('ascii')}"
+    return ""
+
+
+def _cleaned(path: Path, mesh: trimesh.Trimesh, data: bytes) -> trimesh.Trimesh:
     """Return a bare mesh with finite, merged vertices and no triangle that is only a line."""
     import trimesh
 
@@ -103,7 +116,8 @@ def _cleaned(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise FileFormatError(path, f"a triangle names a vertex that is none of its {len(vertices)}")
     if not np.isfinite(vertices[faces]).all():
-        raise FileFormatError(path, "has vertices that are not finite numbers")
+        place = _no_number(data)
+        raise FileFormatError(path, f"has vertices that are not finite numbers{': ' if place else ''}{place}")
     if np.abs(vertices[faces]).max() > MAX_COORDINATE:
         raise FileFormatError(path, f"has coordinates larger than {MAX_COORDINATE:g}")
     with warnings.catch_warnings():

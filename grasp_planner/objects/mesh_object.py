@@ -127,6 +127,11 @@ class MeshObject(GraspObject):
         found, size = self.loaded.grid.sample(points / self.size), self.size
         return SurfaceSample(size * found.distance, found.gradient, found.hessian / size)
 
+    @property
+    def edge_radius(self) -> float:
+        """Triangles have sharp edges."""
+        return 0.0
+
     def nearest(self, points: Array) -> NearestPoints:
         """Return the nearest points of the triangles themselves; see the base class."""
         return nearest_points(self.mesh, points)

@@ -91,6 +91,11 @@ class Cylinder(GraspObject):
         """Return the coal geometry, with caps and rounded edges."""
         return rounded_solid(coal.Cylinder(self.radius - self.edge, self.height - 2 * self.edge), self.edge)
 
+    @property
+    def edge_radius(self) -> float:
+        """Radius of the edges [m]; infinite without caps, as then the rims are not touched."""
+        return self.edge if self.caps else float("inf")
+
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
         # The profile in the half plane (ρ, z) is a line or a rectangle with rounded corners, revolved about z.
@@ -210,6 +215,11 @@ class Box(GraspObject):
     def coal_geometry(self) -> Any:
         """Return the coal geometry, with rounded edges."""
         return rounded_solid(coal.Box(*(2 * (self.half_extents - self.edge))), self.edge)
+
+    @property
+    def edge_radius(self) -> float:
+        """Radius of the edges [m]."""
+        return self.edge
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""

@@ -15,7 +15,7 @@ from .padding import padded
 
 
 class EdgeDistance(Constraint):
-    """No contact on an edge or a rim of a mesh: the normals within a footprint spread by 40° at most.
+    """No contact on a sharp edge or a rim: the normals within a footprint spread by 40° at most.
 
     The search compares the normal at a contact with that at six points in its tangent plane.
     """
@@ -23,7 +23,7 @@ class EdgeDistance(Constraint):
     name, unit = "edge", RADIAN
 
     def wanted(self, problem: GraspProblem) -> bool:
-        """Return whether the object has edges of its own, and real geometry counts."""
+        """Return whether the object has sharp edges, and real geometry counts."""
         return edges_count(problem)
 
     def residual(self, problem: GraspProblem, state: GraspState) -> Array:

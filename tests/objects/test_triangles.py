@@ -81,6 +81,16 @@ def test_normals_under_a_footprint():
     assert 0.0 < normal_spread(ball, ball.triangles_center[:1], 1e-3)[0] < 2 * 3e-3 / 0.02
 
 
+def test_normals_under_a_footprint_of_closed_forms():
+    """On the middle of a face none; on a rounded edge 45° to both sides; near it what reaches into the rounding."""
+    box = gp.Box(x=0.04, y=0.06, z=0.08, edge=0.001)
+    across = 0.001 / np.sqrt(2)
+    points = np.array([[0.02, 0.0, 0.0], [0.019 + across, 0.029 + across, 0.0], [0.02, 0.0285, 0.0]])
+    np.testing.assert_allclose(box.normal_spread(points, 1e-3), [0.0, np.pi / 2, np.arctan(0.5)], atol=0.05)
+    assert np.isnan(box.normal_spread(np.full((1, 3), np.nan), 1e-3)).all()
+    assert gp.Sphere(0.02).normal_spread(np.array([[0.02, 0.0, 0.0]]), 1e-3)[0] == 0.0
+
+
 @pytest.mark.slow
 def test_the_stated_error_is_no_less_than_the_measured_one():
     """On the sharp edges of 20 prisms and random polyhedra, with other samples than the grid's own."""
@@ -108,13 +118,17 @@ def test_edge_distance_is_asked_for_where_there_are_edges(bracket_problem):
     term = EdgeDistance()
     assert term.wanted(bracket_problem)
     assert not term.wanted(replace(bracket_problem, grasp_object=gp.Box()))
+    assert term.wanted(replace(bracket_problem, grasp_object=gp.Box(edge=0.001)))
+    assert term.wanted(replace(bracket_problem, grasp_object=gp.Cylinder(caps=1, edge=0.001)))
+    assert not term.wanted(replace(bracket_problem, grasp_object=gp.Cylinder(edge=0.001)))
     assert not term.wanted(gp.GraspProblem.paper(bracket_problem.hand, bracket_problem.grasp_object))
 
 
-@pytest.mark.parametrize("name", ["torus", "bracket"])
+@pytest.mark.parametrize("name", ["torus", "bracket", "box"])
 def test_edge_distance_derivatives(mesh_texts, name):
     """The Jacobian belongs to the residual."""
-    problem = gp.GraspProblem(gp.load_hand("dlr_hit_ii_right"), gp.parse_object(mesh_texts[name]))
+    text = mesh_texts.get(name, "box:x=0.05,y=0.06,z=0.07,edge=0.001")
+    problem = gp.GraspProblem(gp.load_hand("dlr_hit_ii_right"), gp.parse_object(text))
     rng, term = np.random.default_rng(4), EdgeDistance()
     start = gp.random_start(problem, rng)
     program = GraspProgram(problem, start.palm_pose)
