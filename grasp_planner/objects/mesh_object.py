@@ -61,6 +61,7 @@ class MeshObject(GraspObject):
         resolution: float | None = None,
         repair: float = 0,
         shell: float = 0.0,
+        com: tuple[float, float, float] | None = None,
         size: float = 1.0,
     ) -> MeshObject:
         """Load an object from a mesh file.
@@ -73,6 +74,7 @@ class MeshObject(GraspObject):
             resolution: Spacing of the distance grid [m]; see :func:`load_mesh_solid`.
             repair: Whether to close holes of every size (1) or small ones only (0).
             shell: Thickness that the surface is given [m], half on each side: for sheets and open scans.
+            com: Centre of mass in the file's frame, before size [m]; None for that of uniform density.
             size: Factor by which the solid is enlarged once it is loaded; its distance grid is scaled with it.
 
         Returns:
@@ -84,7 +86,7 @@ class MeshObject(GraspObject):
         """
         if mass is not None and density is not None:
             raise InvalidValueError("object mesh", "mass and density", "one of the two")
-        loaded = load_mesh_solid(path, scale=scale, resolution=resolution, repair=repair, shell=shell)
+        loaded = load_mesh_solid(path, scale=scale, resolution=resolution, repair=repair, shell=shell, com=com)
         if density is not None:
             mass = positive("object mesh.density", density, unit="kg/m³") * loaded.volume * size**3
         return cls(loaded, DEFAULT_MASS if mass is None else mass, size)
@@ -166,7 +168,7 @@ class MeshObject(GraspObject):
 
     @property
     def inertia(self) -> Array:
-        """Inertia about the centre of mass, of uniform density [kg m²], of shape (3, 3)."""
+        """Inertia about the centre of mass [kg m²], of shape (3, 3): that of uniform density about its own centre."""
         return readonly(self.mass * self.size**2 * self.loaded.gyration)
 
     @property
@@ -179,7 +181,7 @@ class MeshObject(GraspObject):
     @classmethod
     def text_keys(cls) -> tuple[str, ...]:
         """Return the keys of the text form: the arguments of :meth:`load`."""
-        return ("path", "scale", "mass", "density", "resolution", "repair", "shell", "size")
+        return ("path", "scale", "mass", "density", "resolution", "repair", "shell", "com", "size")
 
     @classmethod
     def of_values(cls, values: dict[str, Any]) -> MeshObject:
@@ -196,4 +198,6 @@ class MeshObject(GraspObject):
             parts.append(f"size={exact_text(self.size)}")
         if self.loaded.shell:
             parts.append(f"shell={exact_text(self.loaded.shell)}")
+        if self.loaded.com_given:
+            parts.append("com=" + ",".join(exact_text(x) for x in -self.loaded.file_origin))
         return ",".join([*parts, "repair=1"] if self.loaded.repair else parts)

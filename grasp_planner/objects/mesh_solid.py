@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checks import positive
+from ..checks import finite_array, positive
 from ..exceptions import FileFormatError, InvalidValueError
 from ..spatial import Array, Indices, readonly
 from ..values import Value
@@ -53,6 +53,7 @@ class MeshSolid(Value):
         resolution: Spacing of the distance grid as asked for [m]; None if it follows from the size.
         repair: Whether holes of every size were to be closed (1) or small ones only (0).
         shell: Thickness that was given to the surface [m]; 0 for none.
+        com_given: Whether the centre of mass was given, and is not that of uniform density.
         vertices: Vertices [m], of shape (n, 3), read-only.
         faces: Their triangles, of shape (m, 3), read-only.
         file_origin: Origin of the file's frame [m], of shape (3,).
@@ -67,6 +68,7 @@ class MeshSolid(Value):
     resolution: float | None
     repair: float
     shell: float
+    com_given: bool
     vertices: Array
     faces: Indices
     file_origin: Array
@@ -103,7 +105,13 @@ class MeshSolid(Value):
 
 
 def load_mesh_solid(
-    path: str | Path, *, scale: float = 1.0, resolution: float | None = None, repair: float = 0, shell: float = 0.0
+    path: str | Path,
+    *,
+    scale: float = 1.0,
+    resolution: float | None = None,
+    repair: float = 0,
+    shell: float = 0.0,
+    com: tuple[float, float, float] | None = None,
 ) -> MeshSolid:
     """Load a solid from a mesh file; takes seconds the first time, when its distance grid is built.
 
@@ -117,6 +125,7 @@ def load_mesh_solid(
             finer if the distance is not exact to 0.3 mm.
         repair: Whether to close holes of every size (1) or small ones only (0).
         shell: Thickness that the surface is given [m], half on each side; 0 for none.
+        com: Centre of mass in the file's frame [m]; None for that of uniform density.
 
     Returns:
         The solid.
@@ -136,6 +145,8 @@ def load_mesh_solid(
     if not SIZES[0] <= (extent := float(mesh.extents.max())) <= SIZES[1]:
         raise FileFormatError(text, f"is {extent:.3g} m long with this scale, allowed: {SIZES[0]:g} to {SIZES[1]:g} m")
     volume, centre, gyration = solid_moments(mesh, overlapping=solid.overlapping)
+    if com is not None:
+        centre = _checked_centre(com, mesh)
     mesh.apply_translation(-centre)
     _warn(text, solid.repairs, float(mesh.extents.max()), scale)
     return MeshSolid(
@@ -144,6 +155,7 @@ def load_mesh_solid(
         resolution=resolution,
         repair=repair,
         shell=shell,
+        com_given=com is not None,
         vertices=np.array(mesh.vertices, dtype=float),
         faces=np.array(mesh.faces, dtype=np.int64),
         file_origin=readonly(-centre),
@@ -168,6 +180,15 @@ def _distance_grid(path: str, mesh: trimesh.Trimesh, resolution: float | None) -
         message = f"{path}: its distance is exact to {1e3 * grid.error:.2f} mm only (thin or sharp parts)"
         warnings.warn(message, MeshWarning, stacklevel=4)
     return grid
+
+
+def _checked_centre(com: tuple[float, float, float], mesh: trimesh.Trimesh) -> Array:
+    """Return a centre of mass; that of any body is in the box around it."""
+    given = finite_array("object mesh.com", com, (3,))
+    if not ((mesh.bounds[0] <= given) & (given <= mesh.bounds[1])).all():
+        low, high = (", ".join(f"{x:.4g}" for x in corner) for corner in mesh.bounds)
+        raise InvalidValueError("object mesh.com", com, f"three lengths between ({low}) and ({high}) m")
+    return readonly(given)
 
 
 def _checked_path(text: str) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from ..exceptions import InvalidValueError, NameNotFoundError
@@ -14,6 +15,10 @@ SHAPES: dict[str, type[GraspObject]] = {
     shape.kind: shape for shape in (Sphere, Cylinder, Box, Capsule, EllipsoidObject, MeshObject)
 }
 """Shapes by the name used in the text form."""
+
+
+_COM = re.compile(r"(?<=,)\s*com\s*=[^,=]*,[^,=]*,[^,=]*(?=,|$)")
+_BETWEEN = "\0"
 
 
 def parse_object(text: str) -> GraspObject:
@@ -37,7 +42,7 @@ def parse_object(text: str) -> GraspObject:
     shape = SHAPES[kind]
     known = shape.text_keys()
     values: dict[str, Any] = {}
-    for number, part in enumerate(filter(None, rest.split(","))):
+    for number, part in enumerate(filter(None, _COM.sub(_joined, rest).split(","))):
         key, equals, value = (piece.strip() for piece in part.partition("="))
         if "path" in known and number == 0 and not equals:
             key, equals, value = "path", "=", key
@@ -47,10 +52,18 @@ def parse_object(text: str) -> GraspObject:
             raise NameNotFoundError(f"key of object {kind}", key, known)
         if key in values:
             raise InvalidValueError(f"object {kind}.{key}", part, "a key given once")
-        values[key] = value if key == "path" else _number(kind, key, value)
+        if key == "com":
+            values[key] = tuple(_number(kind, key, each) for each in value.split(_BETWEEN))
+        else:
+            values[key] = value if key == "path" else _number(kind, key, value)
     if "path" in known and "path" not in values:
         raise InvalidValueError(f"object {kind}", text, f"{kind}:FILE, for instance {kind}:mug.stl,scale=0.001")
     return shape.of_values(values)
+
+
+def _joined(found: re.Match[str]) -> str:
+    """Return the three numbers of a centre of mass as one entry."""
+    return found[0].replace(",", _BETWEEN)
 
 
 def _number(kind: str, key: str, text: str) -> float:

@@ -115,6 +115,19 @@ def test_mass_properties(mesh_texts):
     assert np.linalg.eigvalsh(torus.inertia).min() > 0.0
 
 
+def test_a_centre_of_mass_may_be_given(tmp_path):
+    """O is there, in the text too; it has to be within the box."""
+    path = box(tmp_path, size=(0.04, 0.04, 0.1))
+    heavy = gp.parse_object(f"mesh:{path},resolution=0.004,com=0.01,0,0.03,mass=0.5")
+    np.testing.assert_allclose(heavy.file_origin, [-0.01, 0.0, -0.03])
+    np.testing.assert_allclose(heavy.loaded.bounds, [[-0.03, -0.02, -0.08], [0.01, 0.02, 0.02]], atol=1e-9)
+    assert heavy.mass == 0.5
+    assert gp.parse_object(heavy.text) == heavy
+    for wrong in ("0.1,0,0", "1,2", "a,0,0", "nan,0,0", "0.01"):
+        with pytest.raises(gp.InvalidValueError):
+            gp.parse_object(f"mesh:{path},resolution=0.004,com={wrong}")
+
+
 def test_text_form_is_read_back(solid):
     again = gp.parse_object(solid.text)
     assert again.text == solid.text
