@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..closing.closing import PUSH, ClosingReport, close_grasp
-from ..closing.path import reference_path
 from ..grasp.grasp import Grasp
 from ..grasp.verdict import NOTICED_FORCE, NOTICED_OVERLAP
 from ..spatial import Pose
@@ -143,7 +142,7 @@ def palm_errors(grasp: Grasp, error: float = PALM_ERROR) -> tuple[ClosingReport,
 def palm_error(grasp: Grasp, shift: np.ndarray) -> ClosingReport:
     """Return how the hand closes by the references of the plan with its palm shifted by a vector in O [m]."""
     palm = Pose(grasp.palm_pose.rotation, grasp.palm_pose.translation + shift)
-    return close_grasp(replace(grasp, palm_pose=palm), reference_path(grasp))
+    return close_grasp(replace(grasp, palm_pose=palm), grasp.closing.path)
 
 
 def _left_out(grasp: Grasp) -> str:

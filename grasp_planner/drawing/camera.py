@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from ..grasp.grasp import Grasp
 from ..spatial import Array
 from .look import TASK_LENGTH
 from .meshes import link_meshes, link_placements
+from .view import fitted
 
 FIELD_OF_VIEW = 0.7
 """Vertical field of view of the camera [rad]."""
@@ -29,7 +32,8 @@ def good_view(grasp: Grasp) -> tuple[Array, Array]:
     """
     cloud = _surface(grasp)
     extents = grasp.problem.grasp_object.half_extents
-    corners = np.vstack([cloud, extents, -extents, TASK_LENGTH * _task_direction(grasp)])
+    box = np.array(list(product((-1.0, 1.0), repeat=3))) * extents
+    corners = np.vstack([cloud, box, TASK_LENGTH * _task_direction(grasp)])
     target = 0.5 * grasp.contacts.points.mean(axis=0) + 0.25 * (corners.min(axis=0) + corners.max(axis=0))
     reach = float(np.linalg.norm(cloud - target, axis=1).max())
     distance = 0.92 * reach / np.tan(FIELD_OF_VIEW / 2.0)
@@ -39,7 +43,7 @@ def good_view(grasp: Grasp) -> tuple[Array, Array]:
         for turn in np.linspace(0.0, 2.0 * np.pi, AZIMUTHS, endpoint=False)
     ]
     scores = [_score(grasp, target + distance * direction, cloud) for direction in candidates]
-    return target + distance * candidates[int(np.argmax(scores))], target
+    return fitted(corners, candidates[int(np.argmax(scores))], FIELD_OF_VIEW, 1.0)
 
 
 def _score(grasp: Grasp, eye: Array, cloud: Array) -> float:

@@ -18,12 +18,10 @@ from . import look
 from .look import Colour
 from .meshes import link_meshes, link_placements, object_mesh
 from .shapes import cone_mesh, ellipsoid_shape
-from .view import DrawnMesh, View
+from .view import DrawnMesh, View, fitted
 
 FIELD_OF_VIEW = 0.5
 """Vertical angle of view of pictures [rad]."""
-FILLED = 0.93
-"""Share of the picture that what is seen may fill."""
 SHAFT, TASK_SHAFT = 0.0019, 0.0026
 """Radii of the shafts of force and task arrows [m]."""
 HEAD_WIDTH, HEAD_LENGTH, LONGEST_HEAD = 2.5, 6.0, 0.4
@@ -171,20 +169,8 @@ def framed(solids: Sequence[DrawnMesh], direction: Array, width: int, height: in
         height: Of the picture [pixels].
     """
     points = np.concatenate([np.asarray(solid.mesh.vertices) for solid in solids if not solid.floor])
-    target = (points.min(axis=0) + points.max(axis=0)) / 2.0
-    unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    tangents = FILLED * np.tan(FIELD_OF_VIEW / 2.0) * np.array([width / height, 1.0])
-    for _ in range(4):
-        axes = View(target + unit, target, FIELD_OF_VIEW, width, height).axes
-        seen = (points - target) @ axes.T
-        distance = float((seen[:, 2] + (np.abs(seen[:, :2]) / tangents).max(axis=1)).max())
-        relative = seen[:, :2] / (distance - seen[:, 2])[:, None]
-        middle = (relative.min(axis=0) + relative.max(axis=0)) / 2.0
-        target = target + distance * middle @ axes[:2]
-    axes = View(target + unit, target, FIELD_OF_VIEW, width, height).axes
-    seen = (points - target) @ axes.T
-    distance = float((seen[:, 2] + (np.abs(seen[:, :2]) / tangents).max(axis=1)).max())
-    return View(target + distance * unit, target, FIELD_OF_VIEW, width, height)
+    eye, target = fitted(points, direction, FIELD_OF_VIEW, width / height)
+    return View(eye, target, FIELD_OF_VIEW, width, height)
 
 
 def _forces(grasp: Grasp) -> tuple[list[DrawnMesh], list[Label], list[tuple[Colour, str]]]:

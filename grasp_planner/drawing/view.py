@@ -15,6 +15,10 @@ NEAR = 1e-3
 """Triangles nearer than this to the eye are left out [m]."""
 
 
+FILLED = 0.93
+"""Share of a picture that what is seen may fill."""
+
+
 @dataclass(frozen=True)
 class DrawnMesh:
     """A mesh with a colour, in the world.
@@ -81,3 +85,31 @@ class View:
         scale = self.height / 2.0 / half
         across, down = self.width / 2.0 + seen[..., 0] * scale, self.height / 2.0 - seen[..., 1] * scale
         return np.stack([across, down, depth], axis=-1)
+
+
+def fitted(points: Array, direction: Array, field_of_view: float, aspect: float) -> tuple[Array, Array]:
+    """Return eye and target of a view along which points fill the picture and none is cut off.
+
+    Args:
+        points: What is to be seen [m], of shape (n, 3).
+        direction: From what is seen towards the eye.
+        field_of_view: Vertical angle of view [rad].
+        aspect: Width of the picture by its height.
+
+    Returns:
+        Both [m], of shape (3,).
+    """
+    target = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    axes = View(unit, np.zeros(3), field_of_view, 1, 1).axes
+    tangents = FILLED * np.tan(field_of_view / 2.0) * np.array([aspect, 1.0])
+    distance = 0.0
+    for _ in range(5):
+        seen = (points - target) @ axes.T
+        distance = float((seen[:, 2] + (np.abs(seen[:, :2]) / tangents).max(axis=1)).max())
+        relative = seen[:, :2] / (distance - seen[:, 2])[:, None]
+        middle = (relative.min(axis=0) + relative.max(axis=0)) / 2.0
+        target = target + distance * middle @ axes[:2]
+    seen = (points - target) @ axes.T
+    distance = float((seen[:, 2] + (np.abs(seen[:, :2]) / tangents).max(axis=1)).max())
+    return target + distance * unit, target

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 import viser
 
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
-from ..planning.starts import standard_start
-from ..spatial import Array
 from .animation import Animator
 from .first_grasp import first_grasp
 from .ladder_card import LadderCard
+from .page_script import send_script
+from .palette import add_commands
 from .panels.display import DisplayPanel
 from .panels.grasp import GraspPanel
 from .panels.plan import PlanPanel
@@ -25,8 +23,9 @@ from .panels.problem import ProblemPanel
 from .panels.run import RunPanel
 from .panels.share import SharePanel
 from .panels.synergies import SynergyPanel
-from .panels.widgets import set_value
+from .panels.widgets import FieldError
 from .plan_control import PlanControl
+from .problem_edits import ProblemEdits
 from .row_links import RowLinks
 from .run_control import RunControl
 from .scene.draw_grasp import fitting_scale
@@ -97,7 +96,9 @@ class GraspViewer:
         self.run: RunControl | None = None
         if rows is not None:
             self.run = RunControl(self.session, rows, self.run_panel, self.animator.stop, self.picture.aim)
+        self.edits = ProblemEdits(self.session, self.problem, self.synergies, self.animator.stop)
         self._connect()
+        send_script(self.server, "Grasp viewer")
         self.worker.submit(lambda: None)
 
     @property
@@ -126,8 +127,10 @@ class GraspViewer:
         with tabs.add_tab("Synergies"):
             self.synergies = SynergyPanel(gui, lambda: self._later(self._apply_sigma, "sigma"))
         with tabs.add_tab("Plan"):
-            self.plan = PlanPanel(gui)
-            self.problem = ProblemPanel(gui, lambda: self._later(self._apply_problem, "problem"))
+            self.plan = PlanPanel(gui, lambda: self._later(self._mark_dirty, "search"))
+            with gui.add_form(None) as form:
+                self.problem = ProblemPanel(gui, lambda: self._later(self._problem_changed, "problem"))
+            form.on_submit(lambda _: self.problem.typed.now())
         with tabs.add_tab("View"):
             scale = fitting_scale(self.session.grasp)
             self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"), scale)
@@ -137,7 +140,7 @@ class GraspViewer:
     def _connect(self) -> None:
         """Connect the widgets with what they do."""
         session, panel = self.session, self.synergies
-        panel.count.on_update(lambda _: self._later(self._apply_count, "count"))
+        panel.count.on_update(lambda _: self._later(self.edits.take_count, "count"))
         panel.reset.on_click(lambda _: self._later(session.reset_posture))
         panel.close.on_click(lambda _: self._later(lambda: self.animator.close(int(panel.which.value) - 1)))
         for widget in (panel.automatic, panel.squeeze):
@@ -152,7 +155,8 @@ class GraspViewer:
             lambda _: self._later(lambda: session.set_object_pose(pose_of(picture.object_gizmo)), "object")
         )
         picture.clicked = lambda what: self._later(lambda: self._select(what))
-        picture.task_dragged = lambda point: self._later(lambda: self._turn_task(point), "task")
+        picture.task_dragged = lambda point: self._later(lambda: self.edits.turn_task(point), "task")
+        self.display.dark.on_update(lambda _: self.server.set_dark(self.display.dark.value))
         self.display.look.on_click(lambda event: self._look(event.client))
         self.grasp_panel.play.on_click(lambda _: self._later(self.animator.play))
         self.grasp_panel.pin.on_click(lambda _: self._later(self._pin))
@@ -164,24 +168,17 @@ class GraspViewer:
         if self.run is not None:
             self.run.connect(self._later)
         self.links = RowLinks(self.server, self.run, self._later)
-        self._add_commands()
-
-    def _add_commands(self) -> None:
-        """Add the commands of the palette (Ctrl/Cmd + K) with their keys."""
-        commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
-            ("Play closing", "C", self.animator.play),
-            ("Plan", "P", self.control.start),
-            ("Pin this grasp", "B", self._pin),
-            ("Next result, or next row of the run", "N", lambda: self._step(1)),
-            ("Previous result, or previous row of the run", "V", lambda: self._step(-1)),
+        add_commands(
+            self.server.gui,
+            self._later,
+            (
+                ("Play closing", "C", self.animator.play),
+                ("Plan", "P", self.control.start),
+                ("Pin this grasp", "B", self._pin),
+                ("Next result, or next row of the run", "N", lambda: self._step(1)),
+                ("Previous result, or previous row of the run", "V", lambda: self._step(-1)),
+            ),
         )
-        for label, key, action in commands:
-            command = self.server.gui.add_command(label, hotkey=key)
-            command.on_trigger(partial(self._on_command, action))
-
-    def _on_command(self, action: Callable[[], None], event: Any) -> None:
-        """Do what a command of the palette says."""
-        self._later(action)
 
     def _later(self, action: Callable[[], None], key: str | None = None) -> None:
         """Have the worker do something, unless the worker itself has moved the widget."""
@@ -216,6 +213,8 @@ class GraspViewer:
         self.plan.show(session)
         self.problem.show(session)
         self.display.show(self.picture.notes)
+        with contextlib.suppress(FieldError):
+            self.share.show(self.control.options, int(self.plan.seed.value))
 
     def _report(self, message: str) -> None:
         """Show an error on every page, and put the widgets back to what holds."""
@@ -234,9 +233,11 @@ class GraspViewer:
         self.animator.stop()
         self.session.set_sigma(self.synergies.sigma)
 
-    def _apply_count(self) -> None:
-        """Change the number of synergies."""
-        self.session.set_problem(replace(self.session.problem, n_synergies=int(self.synergies.count.value)))
+    def _problem_changed(self) -> None:
+        """Take the problem of the widgets; a new hand or object is looked at anew."""
+        if self.edits.take_problem():
+            self._look(None)
+        self.server.show_used_values()
 
     def _apply_squeeze(self) -> None:
         """Squeeze as the widgets say."""
@@ -245,27 +246,6 @@ class GraspViewer:
     def _apply_gizmos(self) -> None:
         """Show the handles as the boxes say."""
         self.picture.show_gizmos(self.synergies.move_hand.value, self.synergies.move_object.value)
-
-    def _apply_problem(self) -> None:
-        """Change the problem as the widgets say; a new hand or object starts in front of the hand."""
-        before = self.session.problem
-        problem = self.problem.problem(before)
-        self.animator.stop()
-        if problem.hand is not before.hand or problem.grasp_object.kind != before.grasp_object.kind:
-            start = standard_start(problem)
-            grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
-            self.session.show(grasp, "not planned yet")
-        else:
-            same_contacts = (problem.contact_set, problem.contacts) == (before.contact_set, before.contacts)
-            self.session.set_problem(problem, by_widgets=same_contacts)
-
-    def _turn_task(self, point: Array) -> None:
-        """Turn the first task towards a point in the world [m]."""
-        direction = np.array(self.session.live.object_pose.inverse().act(point))
-        length = float(np.linalg.norm(direction))
-        if length > 1e-6:
-            set_value(self.problem.direction, tuple(float(round(value, 3)) for value in direction / length))
-            self._apply_problem()
 
     def _look(self, client: viser.ClientHandle | None) -> None:
         """Move the camera of a page, of all without one, to a good view."""

@@ -53,14 +53,14 @@ class PlanControl:
         problem = paper_presets()[self.panel.preset.value].problem()
         start = standard_start(problem)
         self.session.show(Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma), "to be planned")
-        self._start(replace(self._options, enough=ENOUGH), from_here=False)
+        self._start(replace(self.options, enough=ENOUGH), from_here=False)
 
     def start(self) -> None:
         """Start planning for the problem shown, as the widgets say."""
-        self._start(self._options, from_here=self.panel.from_here.value)
+        self._start(self.options, from_here=self.panel.from_here.value)
 
     @property
-    def _options(self) -> PlannerOptions:
+    def options(self) -> PlannerOptions:
         """What the widgets of the search say."""
         found: PlannerOptions = self.panel.search.options(PlannerOptions())
         return found

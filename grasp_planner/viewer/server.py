@@ -62,13 +62,14 @@ class LocalServer(viser.ViserServer):
             raise InvalidValueError("host", host, "127.0.0.1 unless --allow-remote is given")
         hosts = [*LOOPBACK, host]
         self.page_asked: Callable[[dict[str, str]], None] = lambda _: None
+        self._corrected: set[str] = set()
         self.token = secrets.token_urlsafe(24) if token or host not in LOOPBACK else ""
         any_host = host in ("0.0.0.0", "::")
         checked = _checked_requests(hosts, any_host=any_host, token=self.token, opened=self._opened)
         with checked, contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=port, label="Grasp viewer", verbose=False)
         self._guard()
-        self.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
+        self.set_dark(False)
 
     @property
     def url(self) -> str:
@@ -76,6 +77,18 @@ class LocalServer(viser.ViserServer):
         host = self.get_host()
         address = f"http://{'127.0.0.1' if host in ('0.0.0.0', '::') else host}:{self.get_port()}"
         return f"{address}/?token={self.token}" if self.token else address
+
+    def set_dark(self, dark: bool) -> None:
+        """Show the page light on dark, or dark on light."""
+        self.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large", dark_mode=dark)
+
+    def show_used_values(self) -> None:
+        """Have every page show the values in use where something else was typed, such as a number beyond its range."""
+        while self._corrected:
+            uuid = self._corrected.pop()
+            handle: Any = self.gui._gui_input_handle_from_uuid.get(uuid)
+            if handle is not None:
+                self.gui._websock_interface.queue_message(messages.GuiUpdateMessage(uuid, {"value": handle.value}))
 
     def request_share_url(self, verbose: bool = True) -> None:
         """Refuse to open a public tunnel."""
@@ -128,7 +141,11 @@ class LocalServer(viser.ViserServer):
         if handle is None or set(message.updates) != {"value"} or getattr(handle, "disabled", False):
             return False
         try:
-            message.updates["value"] = in_bounds(handle, message.updates["value"])
+            used = in_bounds(handle, message.updates["value"])
+            given = message.updates["value"]
+            if used != (tuple(given) if isinstance(given, list) else given):
+                self._corrected.add(message.uuid)
+            message.updates["value"] = used
         except (TypeError, ValueError, OverflowError):
             return False
         return True

@@ -123,11 +123,19 @@ class Session:
             by_widgets: Whether the widgets of the problem say so already. Writing to them again could undo what
                 the user has changed meanwhile.
         """
+        before = self.problem
         self.live = self.live.with_problem(problem)
         if self.base_squeeze.shape != _squeeze_of(self.live).shape:
             self.base_squeeze = _squeeze_of(self.live)
         self.version += 1
         self.problem_version += not by_widgets
+        if _same_bodies(before, problem) and not self._moved:
+            # Nothing that moves the hand has changed: the same grasp, judged by another problem.
+            self.grasp = replace(self.grasp, problem=self.live.problem, search=None)
+            self.moves += 1
+            self.shown, self.note = None, "the same grasp, for another problem"
+            self._changed(moved=False)
+            return
         self._changed()
 
     def set_posture(self, q: Array, note: str) -> None:
@@ -174,6 +182,20 @@ def _rank(grasp: Grasp) -> tuple[bool, float]:
     if grasp.feasible:
         return False, grasp.objective
     return True, grasp.max_violation
+
+
+def _same_bodies(one: GraspProblem, other: GraspProblem) -> bool:
+    """Return whether two problems have the same hand, object, contacts, synergies and springs."""
+    return (
+        one.hand is other.hand
+        and one.grasp_object == other.grasp_object
+        and one.frames == other.frames
+        and one.synergies == other.synergies
+        and one.parameters.force_law == other.parameters.force_law
+        and np.array_equal(one.joint_compliance, other.joint_compliance)
+        and np.array_equal(one.external_wrench, other.external_wrench)
+        and one.contact_model == other.contact_model
+    )
 
 
 def _squeeze_of(live: LiveState) -> Array:

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from grasp_planner.viewer import export_html
+from grasp_planner.viewer import GraspViewer, export_html
 
 from .browser_page import TURN, Page, until
 
@@ -131,3 +131,29 @@ def test_an_exported_page_opens_offline_with_numbers_and_animation(browser, gras
             break
     assert np.abs(turns[1] - turns[0]).max() > 0.005
     opened.close()
+
+
+def test_a_second_task_is_typed_key_by_key_and_the_page_has_a_title(browser, viewer):
+    page = Page(browser, viewer.url)
+    assert page.page.title() == "Grasp viewer"
+    assert not page.page.locator(".tabler-icon-adjustments").is_visible(), "nothing for developers"
+    page.tab("Plan")
+    field = page.row("More tasks")
+    field.click()
+    field.press_sequentially("torque:+z", delay=120)
+    field.press("Enter")
+    until(lambda: len(viewer.session.problem.tasks) == 2)
+    assert field.input_value() == "torque:+z"
+    assert not viewer.share.last_error
+    page.close()
+
+
+def test_the_page_says_when_the_viewer_has_ended(browser, grasp):
+    own = GraspViewer(grasp)
+    page = Page(browser, own.url)
+    note = page.page.locator("#connection-note")
+    assert not note.is_visible()
+    own.stop()
+    note.wait_for(state="visible")
+    assert "has ended" in note.inner_text()
+    page.context.close()

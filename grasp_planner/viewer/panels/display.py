@@ -35,6 +35,7 @@ class DisplayPanel:
     def __init__(self, gui: viser.GuiApi, changed: Callable[[], None], force_scale: float) -> None:
         initial = DisplayOptions()
         self.look = gui.add_button("Look at the grasp", icon=viser.Icon.FOCUS_CENTERED, hint="From where most is seen")
+        self.dark = gui.add_checkbox("Dark", False, hint="Light writing on a dark ground")
         self.boxes: dict[str, viser.GuiCheckboxHandle] = {}
         for name, label, hint in BOXES:
             self.boxes[name] = gui.add_checkbox(label, bool(getattr(initial, name)), hint=hint or None)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import viser
 from viser import uplot
@@ -20,7 +22,7 @@ POINTS = 400
 class PlanPanel:
     """Widgets of the search."""
 
-    def __init__(self, gui: viser.GuiApi) -> None:
+    def __init__(self, gui: viser.GuiApi, typed: Callable[[], None] = lambda: None) -> None:
         self._gui = gui
         self.preset = gui.add_dropdown("Figures of the paper", tuple(paper_presets()))
         self._about = gui.add_markdown("")
@@ -38,7 +40,7 @@ class PlanPanel:
             self.browse = gui.add_button_group("Show", ("best", "previous", "next"))
         with gui.add_folder("Search", expand_by_default=False):
             self.seed = gui.add_number("Seed", 0, min=0, max=10**6, step=1)
-            self.search = SettingsPanel(gui, PlannerOptions, lambda: None)
+            self.search = SettingsPanel(gui, PlannerOptions, typed)
             self.starts, self.enough = self.search.widgets["starts"], self.search.widgets["enough"]
             self.from_here = gui.add_checkbox("Start from the hand as it is", False)
 

@@ -19,19 +19,26 @@ from ...objects import SHAPES, GraspObject
 from ...problem.clearance_options import ClearanceOptions
 from ...problem.load_cases import LoadCases
 from ...problem.parameters import GraspParameters
-from ...problem.problem import GraspProblem, default_synergies
+from ...problem.problem import MOTION_SYNERGIES, GraspProblem, default_synergies
 from ..session import Session
 from .settings import SettingsPanel
-from .widgets import set_value
+from .widgets import Pause, TextField, set_value
 
 AXES = ("+x", "−x", "+y", "−y", "+z", "−z")
 
 
 class ProblemPanel:
-    """Widgets that say what the problem is; what they were not told to change they leave alone."""
+    """Widgets that say what the problem is; what they were not told to change they leave alone.
+
+    Attributes:
+        typed: Takes what was typed once typing pauses, or at once.
+        notes: What the last change had to change besides, in words.
+    """
 
     def __init__(self, gui: viser.GuiApi, changed: Callable[[], None]) -> None:
         self._gui, self._changed, self._version = gui, changed, -1
+        self.typed = Pause(changed)
+        self.notes: list[str] = []
         self._synced: dict[str, Any] = {}
         with gui.add_folder("Task"):
             self._add_task()
@@ -73,22 +80,47 @@ class ProblemPanel:
             "loads": self.loads.options(base.loads),
             "parameters": self._model(base, hand, values, changed),
         }
-        if hand is not base.hand:
-            usual = base.n_synergies == default_synergies(base.hand, base.synergy_set_name)
-            changes["n_synergies"] = None if usual else min(base.n_synergies, default_synergies(hand))
-            changes |= {"synergy_set": None, "contact_set": None, "contacts": None, "synergy_space": None}
-        else:
-            if "synergy_set" in changed:
-                changes |= {"synergy_set": values["synergy_set"], "synergy_space": None}
-            if "contact_set" in changed:
-                changes |= {"contact_set": values["contact_set"], "contacts": None}
-            elif "contacts" in changed:
-                changes["contacts"] = values["contacts"]
+        changes |= self._sets(base, hand, values, changed)
+        self.notes = []
+        self._reconcile(base, hand, changes)
         problem = replace(base, **changes)
         self._synced.update(values)
         for panel in (self.clearance, self.loads, self.parameters):
             panel.settle()
         return problem
+
+    def _sets(self, base: GraspProblem, hand: Hand, values: dict[str, Any], changed: set[str]) -> dict[str, Any]:
+        """Return the changes of synergies and contacts; a new hand brings its own."""
+        if hand is not base.hand:
+            usual = base.n_synergies == default_synergies(base.hand, base.synergy_set_name)
+            count = None if usual else base.n_synergies
+            own = dict.fromkeys(("synergy_set", "contact_set", "contacts", "synergy_space"))
+            return {"n_synergies": count, **own}
+        changes: dict[str, Any] = {}
+        if "synergy_set" in changed:
+            changes |= {"synergy_set": values["synergy_set"], "synergy_space": None}
+        if "contact_set" in changed:
+            changes |= {"contact_set": values["contact_set"], "contacts": None}
+        elif "contacts" in changed:
+            changes["contacts"] = values["contacts"]
+        return changes
+
+    def _reconcile(self, base: GraspProblem, hand: Hand, changes: dict[str, Any]) -> None:
+        """Fit the number of synergies to hand, set and tasks, and note what that changed."""
+        count = changes.get("n_synergies", base.n_synergies)
+        name = changes.get("synergy_set", base.synergy_set) or hand.description.synergies.default_for(
+            changes["clearance"].needs_geometry
+        )
+        space = changes.get("synergy_space", base.synergy_space)
+        most = hand.synergies(name).n_synergies if space is None else space.n_synergies
+        fitting = count if count is None else min(count, most)
+        if any(task.is_motion for task in changes["tasks"]) and (fitting or 0) < MOTION_SYNERGIES <= most:
+            fitting = MOTION_SYNERGIES
+        if fitting != count:
+            changes["n_synergies"] = fitting
+            self.notes.append(f"n_s is {fitting} now: the set has {most}, and a twist needs {MOTION_SYNERGIES}")
+        if hand is not base.hand:
+            self.notes.append("the hand brings its own synergies and contacts")
 
     def _values(self) -> dict[str, Any]:
         """Return what all widgets say at this moment."""
@@ -110,6 +142,7 @@ class ProblemPanel:
         if self._version == session.problem_version and not force:
             return
         self._version = session.problem_version
+        self._more.complain("")
         problem = session.problem
         self._sync_hand(problem)
         self._sync_object(problem.grasp_object)
@@ -133,9 +166,11 @@ class ProblemPanel:
         self.direction = gui.add_vector3(
             "Direction in O", (0.0, 1.0, 0.0), min=(-1.0,) * 3, max=(1.0,) * 3, step=0.01, hint="Or drag the ball"
         )
-        self.more = gui.add_text("More tasks", "", hint="For instance: torque:+z*0.5 force:+x")
-        for widget in (self.task_kind, self.direction, self.more):
-            widget.on_update(lambda _: self._changed())
+        self._more = TextField(gui, "More tasks", "", "For instance: torque:+z*0.5 force:+x")
+        self.more = self._more.widget
+        self.task_kind.on_update(lambda _: self._changed())
+        self.direction.on_update(self.typed)
+        self.more.on_update(self.typed)
         self.axis.on_click(lambda _: self._choose_axis())
 
     def _choose_axis(self) -> None:
@@ -185,7 +220,7 @@ class ProblemPanel:
             with self._object_folder:
                 self._sizes = {name: self._gui.add_number(name, 0.1, **_range(name)) for name in values}
             for widget in self._sizes.values():
-                widget.on_update(lambda _: self._changed())
+                widget.on_update(self.typed)
         for name, value in values.items():
             self._set(f"size {name}", self._sizes[name], value)
 
@@ -197,7 +232,8 @@ class ProblemPanel:
             first = replace(parse_task(f"{values['task_kind']}:{numbers}"), weight=first.weight)
         if "more" not in changed:
             return (first, *base.tasks[1:])
-        return (first, *(parse_task(part) for part in values["more"].split()))
+        more = self._more.read(values["more"], lambda text: tuple(parse_task(part) for part in text.split()))
+        return (first, *more)
 
     def _sync_hand(self, problem: GraspProblem) -> None:
         """Show hand, synergy set and contacts."""

@@ -9,7 +9,7 @@ from typing import Any
 import viser
 
 from ...problem.settings import Setting, settings_of
-from .widgets import set_value
+from .widgets import Pause, TextField, set_value
 
 UNDECIDED, YES, NO = "as needed", "yes", "no"
 """Choices of a truth value that may be left open."""
@@ -26,24 +26,43 @@ class SettingsPanel:
         self, gui: viser.GuiApi, owner: type, changed: Callable[[], None], without: Iterable[str] = ()
     ) -> None:
         self._settings = {each.name: each for each in settings_of(owner) if each.name not in set(without)}
-        self.widgets: dict[str, Any] = {name: _widget(gui, each) for name, each in self._settings.items()}
+        self._fields: dict[str, TextField] = {}
+        self.widgets: dict[str, Any] = {name: self._add(gui, each) for name, each in self._settings.items()}
         self._shown = {name: widget.value for name, widget in self.widgets.items()}
         self._read = self._shown
-        for widget in self.widgets.values():
-            widget.on_update(lambda _: changed())
+        typed = Pause(changed)
+        for name, widget in self.widgets.items():
+            is_typed = name in self._fields or _is_number(self._settings[name])
+            widget.on_update(typed if is_typed else lambda _: changed())
+
+    def _add(self, gui: viser.GuiApi, each: Setting) -> Any:
+        """Add the widget of a setting."""
+        widget = _widget(gui, each)
+        if isinstance(widget, TextField):
+            self._fields[each.name] = widget
+            return widget.widget
+        return widget
 
     def changes(self) -> dict[str, Any]:
         """Return the fields that were changed on the page.
 
         Raises:
-            GraspPlannerError: If a text can't be read.
+            FieldError: If a text can't be read or is out of range.
         """
         self._read = {name: widget.value for name, widget in self.widgets.items()}
-        return {
-            name: _value(self._settings[name], value)
-            for name, value in self._read.items()
-            if value != self._shown[name]
-        }
+        found = {}
+        for name, value in self._read.items():
+            if value != self._shown[name]:
+                found[name] = self._value(self._settings[name], value)
+            elif name in self._fields:
+                self._fields[name].complain("")
+        return found
+
+    def _value(self, each: Setting, shown: Any) -> Any:
+        """Return the value of what a widget shows."""
+        if each.name in self._fields:
+            return self._fields[each.name].read(str(shown), lambda text: each.checked(each.of_text(text)))
+        return _value(each, shown)
 
     def options(self, base: Any) -> Any:
         """Return options as the widgets say.
@@ -62,6 +81,8 @@ class SettingsPanel:
 
     def show(self, options: Any) -> None:
         """Show options; to be called by the worker only."""
+        for field in self._fields.values():
+            field.complain("")
         for name, widget in self.widgets.items():
             set_value(widget, _shown(self._settings[name], getattr(options, name)))
             self._shown[name] = widget.value
@@ -83,7 +104,7 @@ def _widget(gui: viser.GuiApi, each: Setting) -> Any:
     if _is_number(each):
         return gui.add_number(label, each.default, min=each.low, max=each.high, step=each.step, hint=hint)
     empty = f"; empty: {each.none}" if each.none else ""
-    return gui.add_text(label, each.text(each.default), hint=hint + empty)
+    return TextField(gui, label, each.text(each.default), hint + empty)
 
 
 def _is_number(each: Setting) -> bool:
@@ -99,7 +120,7 @@ def _value(each: Setting, shown: Any) -> Any:
         return None if each.none and shown == UNDECIDED else shown
     if _is_number(each):
         return int(shown) if each.kind == "whole" else float(shown)
-    return each.of_text(str(shown))
+    return shown
 
 
 def _shown(each: Setting, value: Any) -> Any:

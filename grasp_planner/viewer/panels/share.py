@@ -11,7 +11,9 @@ import viser
 from ...exceptions import FileFormatError, GraspPlannerError, InvalidValueError
 from ...hand.description import hand_library
 from ...hand.loading import load_hand
+from ...problem.search_options import PlannerOptions
 from ...records.grasp_record import grasp_from_record, grasp_json, parse_grasp_record
+from ..equivalent import command_text, python_text, what_is_lost
 from ..export import grasp_html
 from ..session import Session
 
@@ -41,10 +43,20 @@ class SharePanel:
             "The **JSON** file is what `grasp-planner` writes and reads. The **HTML** file holds the grasp, its "
             "closing animation and its numbers; it needs neither network nor server."
         )
+        with gui.add_folder("The same as a command, and in Python"):
+            self._same = gui.add_markdown("")
         self.upload.on_upload(lambda event: self._open(event.client, self.upload.value.content))
         self.json.on_click(lambda event: self._send(event.client, "grasp.json", self._json))
         self.html.on_click(lambda event: self._send(event.client, "grasp.html", self._html))
         self.png.on_click(lambda event: self._picture(event.client))
+
+    def show(self, options: PlannerOptions, seed: int) -> None:
+        """Show the command and the Python that plan the problem shown."""
+        problem = self._session.problem
+        lost = what_is_lost(problem)
+        note = f"*Not in it: {lost}.*\n\n" if lost else ""
+        texts = command_text(problem, options, seed), python_text(problem, seed)
+        self._same.content = note + "\n\n".join(f"```\n{each}\n```" for each in texts)
 
     def open_bytes(self, content: bytes) -> None:
         """Show the grasp of an uploaded file; the file's name is of no interest.
