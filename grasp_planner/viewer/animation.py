@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..spatial import Array
+from .closing_story import HELD, ClosingStory
 from .opening import approach, close_along
 from .session import Preview, Session
 from .worker import Worker
+
+STORY_FRAMES = 75
+"""Moments of a closing that is played."""
 
 
 class Animator:
@@ -16,6 +21,7 @@ class Animator:
 
     def __init__(self, session: Session, worker: Worker) -> None:
         self._session, self._worker = session, worker
+        self._story: ClosingStory | None = None
 
     def stop(self) -> None:
         """Leave an animation, with the grasp as it was."""
@@ -24,9 +30,40 @@ class Animator:
         self._session.dirty = True
 
     def play(self) -> None:
-        """Open the hand and close it into the grasp again."""
+        """Open the hand and close it into the grasp again, as the plan's closing does where it closes."""
         self.stop()
-        self._show(approach(self._session.grasp), "Closing along the synergies", None)
+        grasp = self._session.grasp
+        if not (grasp.feasible and grasp.closing.rests):
+            self._show(approach(grasp), "Closing along the synergies", None)
+            return
+        rest = iter(np.linspace(0.0, HELD, STORY_FRAMES))
+
+        def step() -> bool:
+            time = next(rest, None)
+            self.tell(HELD if time is None else float(time))
+            return time is not None
+
+        self._worker.animate(step)
+
+    def tell(self, time: float) -> None:
+        """Show the closing hand at a time, from 0 (open) to 2 (held).
+
+        Raises:
+            InvalidValueError: If the grasp does not meet its model.
+        """
+        session = self._session
+        session.dirty = True
+        if time >= HELD:
+            session.preview = None
+            return
+        grasp = session.grasp
+        if self._story is None or self._story.grasp is not grasp:
+            if not grasp.feasible:
+                raise InvalidValueError("grasp", "one that breaks its model", "a grasp that meets it; plan one first")
+            self._story = ClosingStory(grasp)
+        moment = self._story.at(time)
+        posture = Grasp(grasp.problem, moment.joint_angles, grasp.palm_pose, np.zeros(grasp.problem.n_synergies))
+        session.preview = Preview(posture, moment.text, moment)
 
     def close(self, synergy: int) -> None:
         """Close along one synergy, by its index, until every fingertip touches."""

@@ -7,10 +7,12 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
 import viser
 
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
+from ..spatial import Array
 from .animation import Animator
 from .first_grasp import first_grasp
 from .ladder_card import LadderCard
@@ -26,6 +28,7 @@ from .panels.synergies import SynergyPanel
 from .panels.widgets import FieldError
 from .plan_control import PlanControl
 from .problem_edits import ProblemEdits
+from .push import push_from
 from .row_links import RowLinks
 from .run_control import RunControl
 from .scene.draw_grasp import fitting_scale
@@ -155,6 +158,11 @@ class GraspViewer:
             lambda _: self._later(lambda: session.set_object_pose(pose_of(picture.object_gizmo)), "object")
         )
         picture.clicked = lambda what: self._later(lambda: self._select(what))
+        grasp_panel = self.grasp_panel
+        for push in (grasp_panel.push, grasp_panel.push_size):
+            push.on_update(lambda _: self._later(self._apply_push, "push"))
+        picture.push_dragged = lambda point: self._later(lambda: self._push_from(point), "push")
+        panel.story.on_update(lambda _: self._later(lambda: self.animator.tell(panel.story.value), "story"))
         picture.task_dragged = lambda point: self._later(lambda: self.edits.turn_task(point), "task")
         self.display.dark.on_update(lambda _: self.server.set_dark(self.display.dark.value))
         self.display.look.on_click(lambda event: self._look(event.client))
@@ -242,6 +250,20 @@ class GraspViewer:
     def _apply_squeeze(self) -> None:
         """Squeeze as the widgets say."""
         self.session.set_squeeze(self.synergies.squeeze.value, self.synergies.automatic.value)
+
+    def _apply_push(self) -> None:
+        """Try a push as the widgets say, at first from where the grasp is weakest."""
+        session, panel = self.session, self.grasp_panel
+        weakest = session.grasp.passive_margin.direction[:3]
+        way = weakest if session.push is None or not session.push.any() else session.push
+        session.push = panel.push_size.value * way / np.linalg.norm(way) if panel.push.value else None
+        session.dirty = True
+
+    def _push_from(self, point: Array) -> None:
+        """Try the push whose arrow begins at a point in the world [m]."""
+        push = push_from(np.array(self.session.live.object_pose.inverse().act(point)))
+        self.session.push = push * min(1.0, self.grasp_panel.push_size.max / max(float(np.linalg.norm(push)), 1e-9))
+        self.session.dirty = True
 
     def _apply_gizmos(self) -> None:
         """Show the handles as the boxes say."""

@@ -63,7 +63,7 @@ def close_along(grasp: Grasp, synergy: int, steps: int = 45) -> ClosingPath:
     closing = -np.sign(slope) or 1.0
     opening = min(OPENING / max(abs(slope), 1e-3), REACH)
     begin = np.clip(grasp.joint_angles - closing * opening * direction, hand.lower, hand.upper)
-    moves = _moves(grasp)
+    moves = moved_joints(grasp)
     # A finger that this synergy would open into the object stays where it is.
     own = moves[_gaps(grasp, begin) < 0.0].any(axis=0)
     q, stopped = np.where(own, grasp.joint_angles, begin), np.zeros(len(moves), dtype=bool)
@@ -107,7 +107,7 @@ def approach(grasp: Grasp, steps: int = 45) -> Array:
     return path
 
 
-def _moves(grasp: Grasp) -> Mask:
+def moved_joints(grasp: Grasp) -> Mask:
     """Return which joints move which contact, of shape (n_c, n_q)."""
     hand = grasp.problem.hand
     rows = []

@@ -10,6 +10,7 @@ from ..grasp.grasp import Grasp
 from ..grasp.squeeze import squeezed_forces
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose
+from .closing_story import StoryMoment
 from .live import LiveState, evaluate
 
 
@@ -20,10 +21,12 @@ class Preview:
     Attributes:
         grasp: The posture, without forces.
         message: What is going on.
+        story: The moment of a closing hand, whose springs are drawn.
     """
 
     grasp: Grasp
     message: str
+    story: StoryMoment | None = None
 
 
 class Session:
@@ -39,6 +42,7 @@ class Session:
         pinned: Grasp to compare with.
         seed: Where the last search started.
         selected: What was clicked: ("contact", index) or ("link", name).
+        push: A force on the object that is tried [N], in O; None for none.
         preview: What is drawn instead of the grasp for the moment.
         note: Where the grasp shown comes from.
         dirty: Whether the page is behind.
@@ -52,6 +56,7 @@ class Session:
         self.dirty = self._moved = False
         self.preview: Preview | None = None
         self.automatic_squeeze = True
+        self.push: Array | None = None
         self.results: list[Grasp] = []
         self.shown: int | None = None
         self.pinned: Grasp | None = None

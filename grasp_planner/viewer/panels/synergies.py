@@ -18,6 +18,11 @@ from .widgets import set_value
 
 REACH = 2.0
 """Range of the synergy sliders to both sides [rad]."""
+STORY = (
+    "<div style='font:13px/1.45 system-ui,sans-serif;margin:6px 12px 0'><b>From open to held.</b> Drag: few motors "
+    "move all fingers; they touch one after the other. The <span style='color:#965adc'>ghost</span> is where the "
+    "motors alone would put them: the gap is a spring, and its newtons hold the object.</div>"
+)
 LISTED = 6
 """Synergies whose limits are listed."""
 LABEL_WIDTH = 0.9
@@ -34,6 +39,10 @@ class SynergyPanel:
 
     def __init__(self, gui: viser.GuiApi, changed: Callable[[], None]) -> None:
         self._gui, self._changed, self._version = gui, changed, -1
+        gui.add_html(STORY)
+        self.story = gui.add_slider(
+            "Close", 0.0, 2.0, 0.01, 2.0, marks=((0.0, "open"), (1.0, "touch"), (2.0, "held")), hint="Drag to the left"
+        )
         self.count = gui.add_slider("Synergies n_s", 1, 15, 1, 3, hint="How many motor commands the hand has")
         self._folder = gui.add_folder("σ [rad]; the marks are joint limits")
         self.sliders: list[viser.GuiSliderHandle[float]] = []
@@ -79,6 +88,7 @@ class SynergyPanel:
             # A value the slider can't show is left to the numbers below it.
             set_value(slider, float(np.clip(value, -REACH, REACH)))
         set_value(self.count, problem.n_synergies)
+        set_value(self.story, 2.0)
         set_value(self.automatic, session.automatic_squeeze)
         set_value(self.squeeze, session.squeeze)
 

@@ -19,6 +19,7 @@ from ...model.task import transmission_ellipsoid
 from ...problem.problem import GraspProblem
 from ...spatial import Array, Pose, rotation_between
 from ..live import contact_share
+from ..push import PushedGrasp
 from .draw_hand import place
 
 ROOT = "/object"
@@ -91,12 +92,13 @@ class GraspDrawing:
         """Put the object with all that belongs to it at a pose in the world."""
         place(self._root, pose)
 
-    def draw(self, grasp: Grasp, options: DisplayOptions) -> None:
+    def draw(self, grasp: Grasp, options: DisplayOptions, pushed: PushedGrasp | None = None) -> None:
         """Show a grasp of this problem's object and contacts.
 
         Args:
             grasp: The grasp.
             options: What to show.
+            pushed: How it answers to a push that is tried.
         """
         self.object_handle.visible = options.object
         points, normals = grasp.contacts.points, grasp.contacts.normals
@@ -105,7 +107,9 @@ class GraspDrawing:
         self._normals.points = _segments(points - look.NORMAL_LENGTH * normals, points)
         self._normals.visible = options.normals
         share = contact_share(grasp)
-        forces = self._forces_of(grasp) * share
+        forces = self._forces_of(grasp) * share if pushed is None else pushed.forces
+        colours = np.tile(look.FORCE, (len(forces), 1)) if pushed is None else pushed.colours
+        self._forces.colors = np.asarray(colours, dtype=np.uint8)
         self._draw_forces(grasp, forces, options, touching=share > 0.0)
         self._draw_task(grasp, options)
         self._draw_ellipsoids(grasp, options)

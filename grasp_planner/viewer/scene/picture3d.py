@@ -12,14 +12,19 @@ import viser
 from ...drawing import look
 from ...drawing.camera import FIELD_OF_VIEW, good_view
 from ...grasp.grasp import Grasp
+from ...hand.hand import Hand
 from ...problem.problem import GraspProblem
-from ...spatial import Array
+from ...spatial import Array, Pose
+from ..closing_story import StoryMoment
 from ..live import contact_share
+from ..push import pushed
 from ..session import Session
 from .clearances import link_clearances
 from .draw_extras import EXTRAS, ExtraDrawing
 from .draw_grasp import DisplayOptions, GraspDrawing
 from .draw_hand import HandDrawing, place
+from .draw_push import PushDrawing
+from .draw_springs import SpringDrawing
 
 GHOSTS = {"reference": look.REFERENCE_GHOST, "seed": look.SEED_GHOST, "pinned": look.PINNED_GHOST}
 
@@ -32,16 +37,20 @@ class Picture:
         object_gizmo: Handles to move the object.
         clicked: Called with ("contact", index) or ("link", name) when something is clicked.
         task_dragged: Called with a point in the world when the ball of the task arrow is dragged.
+        push_dragged: The same for the ball of a push.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server, self._scene = server, server.scene
         self.clicked: Callable[[tuple[str, int | str]], None] = lambda _: None
         self.task_dragged: Callable[[Array], None] = lambda _: None
+        self.push_dragged: Callable[[Array], None] = lambda _: None
         self._key: Any = None
         self._hand: HandDrawing | None = None
         self._ghosts: dict[str, HandDrawing] = {}
         self._grasp: GraspDrawing | None = None
+        self._springs: SpringDrawing | None = None
+        self._push: PushDrawing | None = None
         self._extras: list[ExtraDrawing] = []
         self._clickable = True
         self._gizmo_version = -1
@@ -58,18 +67,23 @@ class Picture:
         """Draw the session's grasp, or its preview."""
         with self._server.atomic():
             self._fit(session.problem)
-            assert self._hand is not None and self._grasp is not None
+            assert self._hand is not None and self._grasp is not None and self._push is not None
             live = session.live
             grasp = session.grasp if session.preview is None else session.preview.grasp
             palm = live.object_pose * grasp.palm_pose
             self._hand.move(grasp.joint_angles, palm)
             self._grasp.move(live.object_pose)
-            self._grasp.draw(grasp, options)
+            tried = session.push if session.preview is None and grasp.feasible else None
+            answer = None if tried is None else pushed(grasp, tried)
+            self._grasp.draw(grasp, options, answer)
+            self._push.draw(answer)
             kind, which = session.selected or ("", -1)
             self._grasp.mark(int(which) if kind == "contact" else -1)
             touching = session.preview is None and contact_share(grasp) > 0.0
             for extra in self._extras:
                 extra.draw(grasp, options, in_contact=touching)
+            story = None if session.preview is None else session.preview.story
+            self._draw_story(story, grasp, palm)
             if session.preview is None:
                 self._paint(session, options)
                 self._draw_ghosts(session, options)
@@ -153,18 +167,21 @@ class Picture:
         if self._grasp is not None:
             self._grasp.remove()
         self._grasp = GraspDrawing(self._scene, problem)
+        self._push = PushDrawing(self._scene)
+        self._springs = SpringDrawing(self._scene, len(problem.frames))
         self._extras = [extra(self._scene) for extra in EXTRAS]
         self._key = key
         self._bind_clicks()
 
     def _bind_clicks(self) -> None:
         """Make contacts, links and the task ball answer the mouse, or stop them."""
-        if self._hand is None or self._grasp is None:
+        if self._hand is None or self._grasp is None or self._push is None:
             return
-        dots, ball = self._grasp.contact_handle, self._grasp.task_handle
+        dots, ball, push = self._grasp.contact_handle, self._grasp.task_handle, self._push.handle
         for handle in (dots, *self._hand.meshes.values()):
             handle.remove_click_callback("all")
         ball.remove_drag_callback("all")
+        push.remove_drag_callback("all")
         if not self._clickable:
             return
         dots.on_click(lambda event: self.clicked(("contact", int(event.instance_index or 0))))
@@ -172,6 +189,7 @@ class Picture:
             link = self._hand.links[name]
             mesh.on_click(partial(self._click_link, link))
         ball.on_drag("left")(lambda event: self.task_dragged(np.array(event.end_position)))
+        push.on_drag("left")(lambda event: self.push_dragged(np.array(event.end_position)))
 
     def _click_link(self, link: str, event: Any) -> None:
         """React to a click on a link."""
@@ -201,13 +219,21 @@ class Picture:
                 if name in self._ghosts:
                     self._ghosts[name].visible = False
                 continue
-            if name not in self._ghosts:
-                self._ghosts[name] = HandDrawing(
-                    self._scene,
-                    f"/ghost_{name}",
-                    grasp.problem.hand,
-                    ghost=GHOSTS[name],
-                    whole=name != "reference",
-                )
-            self._ghosts[name].move(entry[1], session.live.object_pose * entry[0].palm_pose)
-            self._ghosts[name].visible = True
+            self._show_ghost(name, grasp.problem.hand, entry[1], session.live.object_pose * entry[0].palm_pose)
+
+    def _draw_story(self, story: StoryMoment | None, grasp: Grasp, palm: Pose) -> None:
+        """Show the springs of a closing hand and the ghost of its references, or no springs."""
+        assert self._springs is not None
+        if story is None:
+            self._springs.draw(np.zeros((0, 2, 3)), np.zeros(0))
+        else:
+            self._springs.draw(story.springs, story.forces)
+            self._show_ghost("reference", grasp.problem.hand, story.reference, palm)
+
+    def _show_ghost(self, name: str, hand: Hand, q: Array, palm: Pose) -> None:
+        """Show a ghost at a posture."""
+        if name not in self._ghosts:
+            whole = name != "reference"
+            self._ghosts[name] = HandDrawing(self._scene, f"/ghost_{name}", hand, ghost=GHOSTS[name], whole=whole)
+        self._ghosts[name].move(q, palm)
+        self._ghosts[name].visible = True
