@@ -1,4 +1,4 @@
-"""Write the tendon-driven hand: its URDF, its description and the synergies its four motors give.
+"""Write the tendon-driven hand: its URDF, and the tables of springs and tendons that its description has to hold.
 
 Three fingers of two joints, each flexed by one tendon over two pulleys against the springs of its joints; a
 fourth motor turns two of the fingers about their bases, by opposite angles. Seven independent joints, four motors.
@@ -15,10 +15,7 @@ import xml.etree.ElementTree as ET
 from math import pi
 from pathlib import Path
 
-import numpy as np
 from make_dlr_hit_ii import MATERIALS, SAME, Body, Link, Solid, Vector, add, add_link, text
-
-import grasp_planner as gp
 
 OUTPUT = Path(__file__).parents[1] / "urdf" / "tendon_hand"
 NAME = "tendon_hand"
@@ -36,6 +33,7 @@ LIMITS = {"turn": (0.0, 1.2), "proximal": (-0.25, 1.9), "distal": (0.0, 1.5)}  #
 REST = {"turn": 0.2, "proximal": -0.25, "distal": 0.0}  # without tension the springs hold the fingers open [rad]
 STIFFNESS = {"turn": 10.0, "proximal": 0.8, "distal": 2.0}  # [N m/rad]
 PULLEY = {"proximal": 0.010, "distal": 0.008}  # [m]
+LARGEST_TENSION = 200.0  # [N]
 
 
 def rod_body(length: float, mass: float) -> Body:
@@ -106,28 +104,19 @@ def joints() -> list[str]:
     return turns + [f"{finger}_{part}" for finger in FINGERS for part in FLEXIONS]
 
 
-def synergies() -> gp.SynergySpace:
-    """Return what the motors do: the tensions t bend the free hand by C_q Rᵀ t, R the pulley radii [m].
-
-    Statics of the joints: Rᵀ t = K (q − q_rest) + Jᵀ f, hence q = q_rest + C_q Rᵀ t − C_q Jᵀ f: eq. (4) and (10)
-    of [Mavrogiannis2014] with S the columns of C_q Rᵀ, scaled to length one, and σ the tensions in that scale.
-    """
-    names = joints()
-    columns = [[1.0 if name.endswith("_turn") else 0.0 for name in names]]
+def tendon_table() -> str:
+    """Return the moment arms of the flexion tendons, the radii of their pulleys [m], as TOML."""
+    lines = []
     for finger in FINGERS:
-        bend = {f"{finger}_{part}": PULLEY[part] / STIFFNESS[part] for part in FLEXIONS}
-        columns.append([bend.get(name, 0.0) for name in names])
-    matrix = np.array(columns[1:] + columns[:1]).T
-    return gp.SynergySpace(
-        tuple(names),
-        np.array([REST[name.split("_")[1]] for name in names]),
-        matrix / np.linalg.norm(matrix, axis=0),
-        name="tendons",
-        provenance=(
-            "actuation matrix C_q R^T of the flexion tendons of thumb, left and right finger, and of the motor that\n"
-            "turns left and right finger; made by scripts/make_tendon_hand.py from pulley radii and stiffnesses"
-        ),
-    )
+        arms = ", ".join(f"{finger}_{part} = {PULLEY[part]:g}" for part in FLEXIONS)
+        lines.append(f"{finger} = {{ arms = {{ {arms} }}, limit = {LARGEST_TENSION:.1f} }}")
+    return "\n".join(lines)
+
+
+def rest_table() -> str:
+    """Return the posture without tension as a TOML table [rad], joints at zero left out."""
+    angles = {name: REST[name.split("_")[1]] for name in joints()}
+    return "\n".join(f"{name} = {angle:g}" for name, angle in angles.items() if angle != 0.0)
 
 
 def stiffness_table() -> str:
@@ -136,21 +125,20 @@ def stiffness_table() -> str:
 
 
 def main() -> int:
-    """Write the files, or with --check compare URDF and synergies with what is there."""
+    """Write the URDF, or with --check compare it and the tables of the description with what is there."""
     parser = argparse.ArgumentParser(description="Write the tendon-driven hand.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file differs")
     parser.add_argument("--output", type=Path, default=OUTPUT, help="folder of the files")
     arguments = parser.parse_args()
     folder = arguments.output
     description = (folder / f"{NAME}.toml").read_text(encoding="utf-8") if (folder / f"{NAME}.toml").exists() else ""
+    tables = (stiffness_table(), tendon_table(), rest_table())
     if arguments.check:
-        stored = gp.load_synergies(folder / "synergies" / "tendons.csv")
-        same = (folder / f"{NAME}.urdf").read_text(encoding="utf-8") == urdf() and stiffness_table() in description
-        return 0 if same and np.array_equal(stored.basis, synergies().basis) else 1
-    (folder / "synergies").mkdir(parents=True, exist_ok=True)
+        same = (folder / f"{NAME}.urdf").read_text(encoding="utf-8") == urdf()
+        return 0 if same and all(table in description for table in tables) else 1
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{NAME}.urdf").write_text(urdf(), encoding="utf-8")
-    gp.save_synergies(synergies(), folder / "synergies" / "tendons.csv")
-    print(f"compliance.joint of the description has to be:\n{stiffness_table()}")
+    print("compliance.joint, tendons.motors and tendons.rest of the description have to be:", *tables, sep="\n\n")
     return 0
 
 

@@ -73,6 +73,7 @@ STAINS = {
     "friction": lambda grasp: {"friction_margins": last_nan(grasp.friction_margins)},
     "joint_limit": lambda grasp: {"joint_angles": last_nan(grasp.joint_angles)},
     "abduction_order": lambda grasp: {"joint_angles": np.full(15, NAN)},
+    "tension": lambda grasp: {"sigma": last_nan(grasp.sigma)},
     "compliance": lambda grasp: {"bending_torques": last_nan(grasp.bending_torques)},
     "equilibrium_force": lambda grasp: {"intensities": last_nan(grasp.intensities)},
     "equilibrium_moment": lambda grasp: {"intensities": last_nan(grasp.intensities)},
@@ -114,6 +115,9 @@ def test_every_requirement_has_its_stain():
 
 @pytest.mark.parametrize("term", REQUIREMENTS, ids=lambda term: term.name)
 def test_what_is_not_a_number_is_a_violation(grasp, term):
+    if term.name == "tension":
+        problem = gp.GraspProblem.paper(gp.load_hand("tendon_hand"), gp.Sphere(radius=0.03))
+        grasp = gp.Grasp(problem, problem.synergies.mean, grasp.palm_pose, np.zeros(3))
     assert np.isfinite(term.violation(grasp))
     found = term.violation(Stained(grasp, STAINS[term.name](grasp)))
     assert np.isnan(found)

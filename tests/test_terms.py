@@ -43,6 +43,7 @@ def problems(right):
         paper(right, BOX, n_synergies=8, contact_set="point", clearance=CENTRES, loads=LOADS),
         paper(right, gp.Cylinder(radius=0.045, height=0.18), clearance=ON_GROUND, **with_sides),
         paper(right, BOX, n_synergies=2, parameters=gp.GraspParameters(force_law="springs"), loads=LOADS),
+        paper(gp.load_hand("tendon_hand"), gp.Sphere(radius=0.03), n_synergies=3),
     )
 
 
@@ -77,6 +78,7 @@ EXACT = (
     "tip_patch",
     "tangency",
     "abduction_order",
+    "tension",
 )
 SMOOTH = {
     "load_friction": CONE_SMOOTHING,

@@ -9,8 +9,10 @@ import numpy as np
 
 from ..judge.clearance_check import hand_clearances, penetration
 from ..judge.posed_grasp import PosedGrasp
+from ..model.compliance import softened
 from ..model.contacts import find_contacts, fingertip_positions
 from ..problem.problem import GraspProblem
+from ..problem.tendon_drive import driving_tendons
 from ..problem.term import above_zero
 from ..spatial import Array, Pose
 from .contact_law import block_diagonal
@@ -97,13 +99,22 @@ def reference_path(grasp: PosedGrasp, *, links: bool = True) -> ReferencePath:
 def _opened(grasp: PosedGrasp, touching: Array, steps: list[Array], links: bool) -> tuple[Array, float]:
     """Return the references of the open hand, as wide as it opens without overlap, and the overlap that remains [m]."""
     best, least = touching, np.inf
-    for sigma in (touching + opening * step for opening in OPENINGS for step in steps):
+    lowest = _slack(grasp.problem)
+    for sigma in (np.maximum(touching + opening * step, lowest) for opening in OPENINGS for step in steps):
         overlap = max(posture_overlaps(grasp.problem, free_posture(grasp, sigma), grasp.palm_pose, links=links))
         if overlap < least:
             best, least = sigma, overlap
         if overlap <= 0.0:
             break
     return best, least
+
+
+def _slack(problem: GraspProblem) -> Array:
+    """Return the references that tendons can't go below, those without tension [rad], of shape (n_s,)."""
+    tendons = driving_tendons(problem)
+    if tendons is None:
+        return np.full(problem.n_synergies, -np.inf)
+    return tendons.least * tendons.scales(problem.joint_compliance)
 
 
 def _weights(grasp: PosedGrasp, jacobian: Array, kind: str) -> Array:
@@ -114,7 +125,7 @@ def _weights(grasp: PosedGrasp, jacobian: Array, kind: str) -> Array:
     if kind == "surface":
         blocks = blocks - (1.0 - THROUGH) * normals[:, :, None] * normals[:, None, :]
     elif kind == "stiffness":
-        tips = (jacobian * grasp.problem.joint_compliance) @ jacobian.T
+        tips = softened(jacobian, grasp.problem.joint_compliance) @ jacobian.T
         compliance = tips.reshape(n_c, 3, n_c, 3)[np.arange(n_c), :, np.arange(n_c), :]
         values, axes = np.linalg.eigh(compliance)
         mean = values.mean()

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..model.compliance import bent, softened
 from ..problem.problem import GraspProblem
+from ..problem.tendon_drive import passive_compliance
 from ..spatial import Array
 from .contact_geometry import ContactGeometry
 
@@ -113,6 +114,7 @@ class LoadEvaluator:
         loads, mass = problem.loads, problem.grasp_object.mass
         self.problem = problem
         self._cases = loads.cases(mass)
+        self._compliance = passive_compliance(problem)
         self._listed = loads.listed()[1:] if loads.spheres(mass) else loads.listed()
         self._spheres = loads.spheres(mass)
         self._friction = problem.friction / loads.friction_safety
@@ -143,7 +145,7 @@ class LoadEvaluator:
         problem, loads = self.problem, self.problem.loads
         if loads.disturbed:
             stiffness = problem.contact_springs
-            return passive_response(geometry, problem.joint_compliance, stiffness, displaced=loads.displaced)
+            return passive_response(geometry, self._compliance, stiffness, displaced=loads.displaced)
         n_g, m, n_q = geometry.d_jacobian.shape
         return PassiveResponse(np.zeros((m, 6)), np.zeros((m, 6, n_g)), np.zeros((n_q, 6)), np.zeros((n_q, 6, n_g)))
 

@@ -66,6 +66,28 @@ class ComplianceDescription(_Strict):
     """K_c [N/m]."""
 
 
+class TendonDescription(_Strict):
+    """A motor that pulls a tendon, or turns joints, by force."""
+
+    arms: dict[str, Finite] = Field(min_length=1)
+    """Moment arm of the tendon about every joint it passes [m]; of a motor that turns a joint itself, 1."""
+    limit: Positive | None = None
+    """Largest tension [N], or torque of a motor that turns a joint [N m]; no limit if left out."""
+    two_way: bool = False
+    """Whether it pushes as well as it pulls; a tendon only pulls."""
+
+
+class TendonsDescription(_Strict):
+    """Tendons of a hand, pulled by force against the springs that ``compliance.joint`` describes."""
+
+    motors: dict[str, TendonDescription] = Field(min_length=1)
+    """The motors by name; the first n are those of n synergies of the set ``tendons``."""
+    rest: dict[str, Finite] = Field(default_factory=dict)
+    """Posture of the springs without tension [rad]; 0 for a joint that is left out."""
+    hold: Literal["length", "tension"] = "length"
+    """What a motor keeps against a disturbance: its tendon's length, as geared motors do, or its tension."""
+
+
 class LimitDescription(_Strict):
     """What the hand can bear beyond the joint limits of its URDF."""
 
@@ -102,7 +124,7 @@ class SynergyFiles(_Strict):
     """Named synergy sets; paths are relative to the description file."""
 
     default: str | None = None
-    """One of the sets, or ``motors`` or ``closing``, which every hand has."""
+    """One of the sets, ``tendons`` for a hand that has them, or ``motors`` or ``closing``, which every hand has."""
     with_clearance: str | None = None
     """The default where links have to keep clear of the object and of each other."""
     sets: dict[str, str] = Field(default_factory=dict)
@@ -133,6 +155,7 @@ class HandDescription(_Strict):
     remark1: FingerOrder | None = None
     compliance: ComplianceDescription = ComplianceDescription()
     limits: LimitDescription = LimitDescription()
+    tendons: TendonsDescription | None = None
     contact_sets: dict[str, dict[str, ContactDescription]] = Field(default_factory=dict)
     """Contact sets by name, each with named contacts in order; the first set is the default."""
     grasp_centres: dict[str, Vector3] = Field(default_factory=dict)

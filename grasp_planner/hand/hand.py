@@ -26,6 +26,7 @@ from .hull_fit import FittedHull
 from .mesh_fit import fit_mesh
 from .motion import HandMotion
 from .source import HandSource
+from .tendons import TENDONS, Tendons, described_tendons
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,7 +106,8 @@ class Hand(Value):
     @property
     def synergy_set_names(self) -> tuple[str, ...]:
         """Names of the synergy sets that come with the hand; of one without files, those that every hand has."""
-        return tuple(self.description.synergies.sets) or (CLOSING, MOTORS)
+        own = (TENDONS,) if self.description.tendons is not None else ()
+        return tuple(dict.fromkeys((*own, *self.description.synergies.sets))) or (CLOSING, MOTORS)
 
     def joint_index(self, name: str) -> int:
         """Return the index of an independent joint in q.
@@ -227,11 +229,23 @@ class Hand(Value):
             raise InvalidValueError(f"compliance.joint of hand {self.name}", missing, "a value for every joint")
         return readonly([given[name] for name in self.joint_names])
 
-    def synergies(self, set_name: str | None = None) -> SynergySpace:
+    @cached_property
+    def tendons(self) -> Tendons | None:
+        """The tendons that drive the hand by force; None for a hand without."""
+        described = self.description.tendons
+        if described is None:
+            return None
+        arms = np.array([self.posture(motor.arms) for motor in described.motors.values()])
+        field, limits = f"tendons of hand {self.name}", (self.lower, self.upper)
+        rest, compliance = self.posture(described.rest), self.joint_compliance
+        return described_tendons(field, described, self.joint_names, arms, rest, limits, compliance)
+
+    def synergies(self, set_name: str | None = None, compliance: Array | None = None) -> SynergySpace:
         """Return a synergy set of the hand, in the order of its joints.
 
         Args:
-            set_name: Name of the set, ``motors`` or ``closing``; the default one if left out.
+            set_name: Name of the set, ``tendons``, ``motors`` or ``closing``; the default one if left out.
+            compliance: C_q that the tendons bend [rad/(N m)], of shape (n_q,) or (n_q, n_q); the hand's if left out.
 
         Returns:
             All synergies of the set; take the first n with ``truncated(n)``.
@@ -251,11 +265,13 @@ class Hand(Value):
             )
         if name in files.sets:
             return load_synergies(self.folder / files.sets[name]).reordered(self.joint_names)
+        if name == TENDONS and self.tendons is not None:
+            return self.tendons.synergies(self.joint_names, self.joint_compliance if compliance is None else compliance)
         if name == MOTORS:
             return motor_synergies(self.joint_names, self._closing_set.mean)
         if name == CLOSING:
             return self._closing_set
-        raise NameNotFoundError("synergy set", name, (*files.sets, MOTORS, CLOSING))
+        raise NameNotFoundError("synergy set", name, dict.fromkeys((*self.synergy_set_names, MOTORS, CLOSING)))
 
     @cached_property
     def _closing_set(self) -> SynergySpace:

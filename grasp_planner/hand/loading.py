@@ -83,7 +83,7 @@ def hand_of(description: HandDescription, urdf: UrdfFile, path: Path) -> Hand:
         grasp_centre=finite_array("palm.grasp_centre", description.palm.grasp_centre, (3,)),
         source=hand_source(path, description, urdf.path, urdf.collision_model),
     )
-    _ = hand.joint_compliance  # checked now and not in the middle of a search
+    _ = hand.joint_compliance, hand.tendons  # checked now and not in the middle of a search
     return hand
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..model.compliance import command_map, series_stiffness, weighted_right_inverse
 from ..model.friction import friction_margins, normal_forces
 from ..problem.problem import GraspProblem
+from ..problem.tendon_drive import passive_compliance
 from ..spatial import Array
 
 
@@ -23,7 +24,7 @@ def response_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) -> Arr
     Returns:
         R, of shape (d n_c, 6): a disturbance Δw changes the contact forces by −R Δw.
     """
-    stiffness = series_stiffness(jacobian, problem.joint_compliance, problem.contact_springs)
+    stiffness = series_stiffness(jacobian, passive_compliance(problem), problem.contact_springs)
     return weighted_right_inverse(grasp, stiffness)
 
 
@@ -53,7 +54,7 @@ def displacement_matrix(problem: GraspProblem, grasp: Array, jacobian: Array) ->
     Returns:
         K Gᵀ, of shape (d n_c, 6): a twist ν of the object, palm and references held, changes f by −K Gᵀ ν.
     """
-    return series_stiffness(jacobian, problem.joint_compliance, problem.contact_springs) @ grasp.T
+    return series_stiffness(jacobian, passive_compliance(problem), problem.contact_springs) @ grasp.T
 
 
 def case_forces(forces: Array, response: Array, cases: Array) -> Array:

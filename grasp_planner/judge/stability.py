@@ -1,7 +1,7 @@
 """Stability: the stiffness with which a grasp holds the object, preload included.
 
-The palm and the references q_r are held; the object moves by a small twist ν = (v, ω), and the contacts do not
-slip. Assumptions, contact by contact, written in the object's frame:
+The palm and the references q_r are held (of tendons the lengths); the object moves by a small twist ν = (v, ω), and
+the contacts do not slip. Assumptions, contact by contact, written in the object's frame:
 
 * The contact is an isotropic spring K_c between the point of the finger and the point of the object that touch:
   δf = K_c δx for their relative displacement δx = J δq − Gᵀ ν.
@@ -29,6 +29,7 @@ from ..hand.kinematics import ContactKinematics, HandKinematics
 from ..model.compliance import bent, series_stiffness, softened
 from ..model.contacts import Contacts
 from ..problem.problem import GraspProblem
+from ..problem.tendon_drive import passive_compliance
 from ..spatial import Array, Pose, readonly, skew
 from ..values import Value
 
@@ -90,7 +91,7 @@ def grasp_stability(
     model = problem.contact_model
     forces, moments = model.forces(intensities, contacts.normals), model.moments(intensities, contacts.normals)
     motion = _Motion.at(problem, q, palm_in_object, contacts, intensities)
-    c_q = problem.joint_compliance
+    c_q = passive_compliance(problem)
     d_torque_q, d_torque_nu = motion.torques(forces, moments)
     yielding = -np.linalg.solve(np.eye(len(c_q)) + bent(c_q, d_torque_q), bent(c_q, d_torque_nu))
     by_q, by_nu = motion.wrench(forces, moments)

@@ -11,6 +11,7 @@ import numpy as np
 from ..evaluation.load_response import CONE_SMOOTHING
 from ..model.compliance import softened
 from ..problem.problem import GraspProblem
+from ..problem.tendon_drive import passive_compliance
 from ..spatial import Array, skew
 from .contacts import BatchedContacts
 from .rows import Rows
@@ -23,6 +24,7 @@ class BatchedLoads:
         self.problem, self.loads = problem, problem.loads
         mass = problem.grasp_object.mass
         self._cases = self.loads.cases(mass)
+        self._compliance = passive_compliance(problem)
         self._listed = self.loads.listed()
         self._spheres = self.loads.spheres(mass)
         self._friction = problem.friction[:, None] / self.loads.friction_safety
@@ -44,7 +46,7 @@ class BatchedLoads:
         if not self.loads.disturbed:
             return np.zeros((count, 3 * n_c, size))
         jacobian = contacts.velocities.transpose(0, 1, 3, 2).reshape(count, 3 * n_c, n_q)
-        soft = softened(jacobian, self.problem.joint_compliance) @ jacobian.transpose(0, 2, 1)
+        soft = softened(jacobian, self._compliance) @ jacobian.transpose(0, 2, 1)
         soft.reshape(count, -1)[:, :: 3 * n_c + 1] += 1.0 / self.problem.parameters.contact_stiffness
         grasp = np.empty((count, 6, 3 * n_c))
         grasp[:, :3] = np.tile(np.eye(3), (1, n_c))

@@ -7,6 +7,7 @@ import numpy as np
 from ..evaluation.edge_reserve import edge_reserve, edge_reserve_slope, edges_count
 from ..model.compliance import bent, softened
 from ..problem.problem import GraspProblem
+from ..problem.tendon_drive import driving_tendons, tension_map
 from ..problem.term import METRE, NEWTON, NEWTON_METRE, ONE, RADIAN, Unit
 from ..spatial import Array
 from .clearances import BatchedClearances
@@ -25,6 +26,7 @@ UNITS: dict[str, Unit] = {
     "region": METRE,
     "edge": RADIAN,
     "abduction_order": RADIAN,
+    "tension": NEWTON,
     "load_friction": NEWTON,
     "load_min_normal": NEWTON,
     "load_max_normal": NEWTON,
@@ -56,6 +58,8 @@ class BatchedProblem:
         self._loads = BatchedLoads(problem) if problem.loads.active else None
         self._clearances = BatchedClearances(problem, tree) if problem.clearance.needs_geometry else None
         self._complement = problem.synergies.complement()
+        self._tendons = driving_tendons(problem)
+        self._pulls = np.zeros((0, 0)) if self._tendons is None else tension_map(problem, self._tendons)
 
     def contacts(self, states: States) -> BatchedContacts:
         """Return the contacts of states."""
@@ -66,7 +70,7 @@ class BatchedProblem:
         problem, contacts = self.problem, self.contacts(states)
         found = [
             Rows("surface", contacts.gaps, self._padded(contacts.d_gaps), equality=True),
-            self._compliance(contacts),
+            *self._springs(contacts),
             Rows("equilibrium_force", contacts.balance[:, :3], contacts.d_balance[:, :3], equality=True),
             Rows("equilibrium_moment", contacts.balance[:, 3:], contacts.d_balance[:, 3:], equality=True),
             Rows("friction", *contacts.cone_margins(problem.friction)),
@@ -84,13 +88,19 @@ class BatchedProblem:
             found += self._clearances.rows(contacts)
         return found
 
-    def _compliance(self, contacts: BatchedContacts) -> Rows:
-        """Return S_⊥ᵀ (q − q̄ + C_q τ)."""
+    def _springs(self, contacts: BatchedContacts) -> list[Rows]:
+        """Return S_⊥ᵀ (q − q̄ + C_q τ), and what is left to the limits of tensions."""
         problem, compliance = self.problem, self.problem.joint_compliance
         off = contacts.states.joints - problem.synergies.mean + softened(contacts.torques, compliance)
         slope = bent(compliance, contacts.d_torques)
         slope[:, :, : problem.hand.n_joints] += np.eye(problem.hand.n_joints)
-        return Rows("compliance", off @ self._complement, self._complement.T @ slope, equality=True)
+        found = [Rows("compliance", off @ self._complement, self._complement.T @ slope, equality=True)]
+        if self._tendons is not None and self._pulls.size:
+            rows = np.vstack([self._pulls, -self._pulls])
+            room = np.concatenate([-self._tendons.least, self._tendons.largest])
+            kept = np.isfinite(room)
+            found.append(Rows("tension", off @ rows[kept].T + room[kept], rows[kept] @ slope))
+        return found
 
     def _region(self, contacts: BatchedContacts) -> list[Rows]:
         """Return how far contacts are inside the part of the surface that may be touched."""

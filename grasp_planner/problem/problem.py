@@ -195,8 +195,9 @@ class GraspProblem(Value):
     @cached_property
     def all_synergies(self) -> SynergySpace:
         """All synergies of the set or space in use, in the order of the hand's joints."""
-        full, hand = self.synergy_space, self.hand
-        return hand.synergies(self.synergy_set_name) if full is None else full.reordered(hand.joint_names)
+        if self.synergy_space is not None:
+            return self.synergy_space.reordered(self.hand.joint_names)
+        return self.hand.synergies(self.synergy_set_name, self.joint_compliance)
 
     @cached_property
     def synergies(self) -> SynergySpace:

@@ -77,6 +77,7 @@ BUILT_IN_CONSTRAINTS = (
     "tangency",
     "edge",
     "abduction_order",
+    "tension",
     "load_friction",
     "load_min_normal",
     "load_max_normal",

@@ -26,6 +26,7 @@ from .equilibrium import ForceBalance, MomentBalance
 from .friction import FrictionCone
 from .loads import ForceBudget, LoadFriction, LoadMaxNormal, LoadMinNormal, LoadTorque
 from .posture import AbductionOrder, JointLimits, SoftSynergy
+from .tension import Tension
 
 REQUIREMENTS: tuple[Requirement, ...] = (
     SurfaceContact(),
@@ -43,6 +44,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Tangency(),
     EdgeDistance(),
     AbductionOrder(),
+    Tension(),
     LoadFriction(),
     LoadMinNormal(),
     LoadMaxNormal(),

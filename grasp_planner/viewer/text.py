@@ -19,6 +19,7 @@ PHRASES = {
     "friction": "a contact force leaves its friction cone by",
     "joint_limit": "a joint is beyond its limit by",
     "compliance": "synergies and joint springs do not give this posture; off by",
+    "tension": "a tendon would have to push, or its motor to pull too hard, by",
     "equilibrium_force": "forces do not balance; off by",
     "equilibrium_moment": "torques do not balance; off by",
     "link_object": "a link is inside the object by",
