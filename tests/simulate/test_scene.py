@@ -17,11 +17,11 @@ from grasp_planner.simulate.xml_text import ElementTree, add
 PLAN = find_protocol("plan")
 
 
-def any_grasp(hand, rng, n_synergies=3, **fields):
+def any_grasp(hand, rng, **fields):
     """A posture anywhere, no grasp at all."""
-    problem = gp.GraspProblem.paper(hand, gp.Sphere(0.03), n_synergies=n_synergies, **fields)
+    problem = gp.GraspProblem.paper(hand, gp.Sphere(0.03), n_synergies=min(3, hand.synergies().n_synergies), **fields)
     pose = pin.SE3(pin.exp3(rng.normal(size=3)), rng.normal(scale=0.2, size=3))
-    return gp.Grasp(problem, rng.uniform(hand.lower, hand.upper), pose, np.zeros(n_synergies))
+    return gp.Grasp(problem, rng.uniform(hand.lower, hand.upper), pose, np.zeros(problem.n_synergies))
 
 
 @pytest.mark.parametrize("name", sorted(hand_library()))
@@ -30,7 +30,7 @@ def test_bodies_and_fingertips_are_where_pinocchio_has_them(name, rng):
     for contact_set in hand.contact_set_names:
         grasp = any_grasp(hand, rng, contact_set=contact_set)
         world = World(grasp, PLAN)
-        world.reset(grasp.joint_angles, np.zeros(3))
+        world.reset(grasp.joint_angles, np.zeros(grasp.problem.n_synergies))
         data = hand.model.createData()
         pin.forwardKinematics(hand.model, data, hand.full_configuration(grasp.joint_angles))
         root = grasp.palm_pose * hand.palm_in_root.inverse()
@@ -51,7 +51,7 @@ def test_springs_and_motors_give_the_torques_of_the_references(name, rng):
     hand = gp.load_hand(name)
     grasp = any_grasp(hand, rng)
     problem, world = grasp.problem, World(grasp, PLAN)
-    sigma = rng.normal(size=3)
+    sigma = rng.normal(size=problem.n_synergies)
     world.reset(grasp.joint_angles, sigma)
     wanted = (problem.synergies.joint_angles(sigma) - grasp.joint_angles) / problem.joint_compliance
     torques = world.data.qfrc_spring + world.data.qfrc_actuator
