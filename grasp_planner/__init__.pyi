@@ -24,6 +24,7 @@ from .objects import MeshObject as MeshObject
 from .objects import Sphere as Sphere
 from .objects import parse_object as parse_object
 from .planning.planner import plan_grasp as plan_grasp
+from .planning.planner import plan_grasps as plan_grasps
 from .planning.starts import GraspStart as GraspStart
 from .planning.starts import random_start as random_start
 from .planning.starts import standard_start as standard_start
@@ -32,9 +33,9 @@ from .problem.load_cases import LoadCases as LoadCases
 from .problem.parameters import GraspParameters as GraspParameters
 from .problem.problem import GraspProblem as GraspProblem
 from .problem.search_options import PlannerOptions as PlannerOptions
+from .records.grasp_files import grasp_json as grasp_json
+from .records.grasp_files import read_grasp_record as read_grasp_record
 from .records.grasp_record import grasp_from_record as grasp_from_record
-from .records.grasp_record import grasp_json as grasp_json
-from .records.grasp_record import read_grasp_record as read_grasp_record
 from .synergies.space import SynergySpace as SynergySpace
 from .synergies.space import load_synergies as load_synergies
 from .synergies.space import save_synergies as save_synergies

@@ -116,11 +116,12 @@ def positive(
     return number
 
 
-def positive_whole(name: str, value: object) -> None:
-    """Check that a value is a whole number of at least one.
+def positive_whole(name: str, value: object, at_most: int | None = None) -> None:
+    """Check that a value is a whole number of at least one, and not above a bound.
 
     Raises:
         InvalidValueError: If it is not.
     """
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise InvalidValueError(name, value, "a whole number >= 1")
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1 or (at_most is not None and value > at_most):
+        allowed = "a whole number >= 1" if at_most is None else f"a whole number from 1 to {at_most}"
+        raise InvalidValueError(name, value, allowed)

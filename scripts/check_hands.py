@@ -17,7 +17,8 @@ import numpy as np
 
 import grasp_planner as gp
 from grasp_planner.hand.check import check_hand
-from grasp_planner.records.grasp_record import grasp_from_record, grasp_json, read_grasp_record
+from grasp_planner.records.grasp_files import grasp_json, read_grasp_record
+from grasp_planner.records.grasp_record import grasp_from_record
 from grasp_planner.simulate.run import simulate_grasp
 
 COLUMNS = ("hand", "check", "load", "motors", "plan", "clear", "pushes held", "reopened", "CPU s", "what fails")

@@ -16,7 +16,8 @@ from grasp_planner.judge.load_check import command_matrix, response_matrix
 from grasp_planner.model import compliance as soft
 from grasp_planner.model.quasi_static import compliant_grasp, quasi_static_maps
 from grasp_planner.problem.from_settings import PROBLEM_SETTINGS
-from grasp_planner.records.grasp_record import grasp_record, parse_grasp_record
+from grasp_planner.records.grasp_files import parse_grasp_record
+from grasp_planner.records.grasp_record import grasp_record
 from tests.finite_differences import central_differences
 from tests.stored import stored
 from tests.test_loads import LOADS

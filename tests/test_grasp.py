@@ -10,7 +10,8 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.records.grasp_record import grasp_record, parse_grasp_record, record_schema
+from grasp_planner.records.grasp_files import parse_grasp_record
+from grasp_planner.records.grasp_record import grasp_record, record_schema
 
 
 def changed(grasp, **changes):

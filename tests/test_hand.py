@@ -187,3 +187,14 @@ def test_joint_compliance_has_one_number_or_one_per_joint(right):
     with pytest.raises(gp.InvalidValueError) as caught:
         gp.GraspProblem.paper(right, gp.Cylinder(), parameters=gp.GraspParameters(joint_compliance=(0.1, 0.2)))
     assert caught.value.field == "joint_compliance"
+
+
+def test_a_hand_that_was_asked_for_distances_is_still_the_same_hand():
+    """Coal keeps what it computed in the shapes themselves; that is none of the hand's content."""
+    used, fresh = gp.load_hand("dlr_hit_ii_right"), gp.load_hand("dlr_hit_ii_right")
+    for entry in used.collision_model.geometryObjects:
+        entry.geometry.computeLocalAABB()
+    assert used == fresh and hash(used) == hash(fresh)
+    wider = gp.load_hand("dlr_hit_ii_right")
+    wider.collision_model.geometryObjects[3].geometry.radius += 1e-4
+    assert wider != fresh

@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 import grasp_planner as gp
 from grasp_planner.grasp.search_report import SearchReport
-from grasp_planner.records.grasp_record import parse_grasp_record
+from grasp_planner.records.grasp_files import parse_grasp_record
 from grasp_planner.records.parts import pose_from_record, pose_record
 from grasp_planner.spatial import Pose
 from tests.objects.helpers import make_bracket

@@ -10,7 +10,7 @@ from grasp_planner.analysis.knobs import problem_knobs
 from grasp_planner.analysis.problem_parameters import parameters_of
 from grasp_planner.model import Frictionless, HardFinger, SoftFinger
 from grasp_planner.problem.from_settings import problem_from_settings
-from grasp_planner.records.grasp_record import parse_grasp_record
+from grasp_planner.records.grasp_files import parse_grasp_record
 from tests.test_state import check_all, random_point
 
 LOADS = gp.LoadCases(force=1.0, torque=0.02, position_error=1e-4)

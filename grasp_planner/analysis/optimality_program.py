@@ -2,16 +2,41 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..evaluation.state import GraspState, StateEvaluator
 from ..grasp.grasp import Grasp
+from ..judge.posed_grasp import PosedGrasp
 from ..planning.program import GraspProgram
 from ..problem.problem import GraspProblem
+from ..problem.term import NEWTON, Constraint, above_zero
 from ..spatial import Array
 from ..terms.objective import problem_objective
 from ..terms.registry import stacked
 from .lagrangian import NlpPoint
+
+
+class ForceBound(Constraint):
+    """F stays within what the search allowed it: without weights a multiple of the least that it found."""
+
+    name, unit, geometric = "most_force", NEWTON, False
+
+    def __init__(self, most: float) -> None:
+        self.most = most
+
+    def residual(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return what is left of it."""
+        return np.array([self.most - state.force_norm])
+
+    def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:
+        """Return its derivatives."""
+        return -state.d_force_norm[None]
+
+    def violation(self, grasp: PosedGrasp) -> float:
+        """Return by how much F exceeds it."""
+        return above_zero(grasp.force_norm - self.most)
 
 
 class OptimalityProgram:
@@ -21,8 +46,9 @@ class OptimalityProgram:
         self.base = GraspProgram(grasp.problem, grasp.palm_pose)
         self.z = self.base.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces)
         self.objective_scale = self.base.objective_scale(self.z)
-        terms = sorted(self.base.constraints, key=lambda term: not term.equality)
-        self.terms = terms
+        self.most_force = most_force(grasp)
+        bounds = [] if math.isinf(self.most_force) else [ForceBound(self.most_force)]
+        self.terms = sorted([*self.base.constraints, *bounds], key=lambda term: not term.equality)
         self.layout = self.base.evaluator.layout
         self.reference = grasp.palm_pose
 
@@ -82,3 +108,12 @@ class NeighbouringProgram:
     def evaluate(self, z: Array) -> NlpPoint:
         """Return the program at scaled variables."""
         return self._program.point_of(self.problem, self.state(z))
+
+
+def most_force(grasp: Grasp) -> float:
+    """Return F that the search allowed a grasp [N]: infinite with weights; its own F where the search is not known."""
+    parameters, search = grasp.problem.parameters, grasp.search
+    if parameters.weighted:
+        return math.inf
+    least = search.least_force if search is not None else None
+    return grasp.force_norm if least is None else max(grasp.force_norm, parameters.force_factor * least)

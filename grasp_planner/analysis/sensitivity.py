@@ -109,7 +109,7 @@ def optimum_near(grasp: Grasp) -> Grasp:
 
 def _settled(program: OptimalityProgram) -> KktPoint:
     """Return the KKT point near the program's start: SQP begun anew with a fine tolerance, then Newton's method."""
-    nlp = program.base.build("two", program.objective_scale)
+    nlp = program.base.build("two", program.objective_scale, program.most_force)
     solution = solve_nlp(nlp, program.z, max_iterations=SETTLING_ITERATIONS, tolerance=SETTLING_TOLERANCE)
     return kkt_point(program.evaluate, solution.z)
 

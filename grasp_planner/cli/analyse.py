@@ -19,7 +19,7 @@ from ..analysis.tolerance import QUESTION, pose_tolerances
 from ..grasp.grasp import Grasp
 from ..records.analysis_record import analysis_record, contact_analysis_record
 from ..records.contact_file import is_contact_file, read_contact_file
-from ..records.grasp_record import grasp_json
+from ..records.grasp_files import grasp_json
 from .grasp_file import HAND, opened_grasp
 from .margins import margin_rows, new_table, print_verdict
 from .measures import opened_contacts, print_measures

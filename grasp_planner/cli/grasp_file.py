@@ -8,7 +8,8 @@ import click
 
 from ..grasp.grasp import Grasp
 from ..hand.loading import load_hand
-from ..records.grasp_record import grasp_from_record, read_grasp_record
+from ..records.grasp_files import read_grasp_record
+from ..records.grasp_record import grasp_from_record
 
 HAND = click.option("--hand", default=None, help="Hand to take instead of the one of the file: name or description.")
 """Option of the commands that open a grasp."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,9 @@ from rich.table import Table
 from ..analysis.why_not import explain_infeasibility
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from ..judge.clearance_check import ClearanceKind
-from ..planning.planner import plan_grasp
+from ..planning.planner import MOST_GRASPS, plan_grasps
 from ..problem.term import own_costs
-from ..records.grasp_record import grasp_json
+from ..records.grasp_files import grasp_json, grasp_list_json
 from .margins import margin_rows, new_table, print_verdict
 from .options import planner_options, problem_from_options, problem_options, search_options
 from .output import check_writable, write_or_print
@@ -33,11 +34,20 @@ EXIT_FEASIBLE, EXIT_INFEASIBLE, EXIT_INTERRUPTED = 0, 3, 130
     type=click.Path(path_type=Path, allow_dash=True),
     help="Write the grasp as JSON; - for standard output.",
 )
+@click.option(
+    "--grasps",
+    "count",
+    type=click.IntRange(1, MOST_GRASPS),
+    default=1,
+    show_default=True,
+    help="How many grasps that differ; more than one are a list, the best first, also as JSON.",
+)
 @click.option("--picture", type=click.Path(path_type=Path), help="Write a picture of the grasp (PNG or SVG).")
 @click.option("--explain/--no-explain", default=True, show_default=True, help="Without a feasible grasp: say why.")
 @click.option("--quiet", is_flag=True, help="No progress and no table.")
 def plan(
     json_file: Path | None,
+    count: int,
     picture: Path | None,
     explain: bool,
     quiet: bool,
@@ -66,17 +76,20 @@ def plan(
             )
 
         try:
-            grasp = plan_grasp(problem, seed=seed, options=options, callback=show)
+            grasps = plan_grasps(problem, count, seed=seed, options=options, callback=show)
         except KeyboardInterrupt:
             console.print("interrupted")
             sys.exit(EXIT_INTERRUPTED)
+    grasp = grasps[0]
     print_grasp(console, grasp)
+    if count > 1:
+        console.print(_grasps_table(grasps, count))
     if explain and not grasp.feasible:
         with console.status("looking for the reason (at most a minute) …"):
             diagnosis = explain_infeasibility(grasp, seed=seed)
         console.print(f"[bold]why not[/]\n{diagnosis.text}", highlight=False)
     if json_file is not None:
-        write_or_print(grasp_json(grasp), json_file)
+        write_or_print(grasp_json(grasp) if count == 1 else grasp_list_json(grasps), json_file)
     if picture is not None:
         from ..drawing.picture import save_picture
 
@@ -102,7 +115,7 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         ("hand, object", f"{title}; {problem.grasp_object.text}"),
         ("task", ", ".join(task.text for task in problem.tasks)),
         ("synergies", f"{problem.n_synergies} of set {_set_name(grasp)}"),
-        ("F", f"{grasp.force_norm:.4f} N (floor at these contacts {grasp.force_norm_floor:.4f} N)"),
+        ("F", f"{grasp.force_norm:.4f} N ({_force_text(grasp)})"),
         ("C", f"{grasp.task_index:.4g}"),
         *own_cost_rows(grasp),
         *_task_rows(grasp),
@@ -123,6 +136,32 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
     console.print(_contact_table(grasp))
     console.print(_joint_table(grasp))
     console.print(_violation_table(grasp))
+
+
+def _force_text(grasp: Grasp) -> str:
+    """Say how little force would do: at these contacts, and as far as the search knows."""
+    told = f"floor at these contacts {grasp.force_norm_floor:.4f} N"
+    if grasp.problem.loads.active:
+        told += f", with every load case {grasp.load_force_floor:.4f} N"
+    least = grasp.search.least_force if grasp.search is not None else None
+    return told if least is None else f"{told}; least found {least:.4f} N"
+
+
+def _grasps_table(grasps: Sequence[Grasp], count: int) -> Table:
+    """Return the table of several grasps."""
+    columns = ("", "F [N]", "angle [°]", "C", "margin [N]", "closes")
+    found = sum(grasp.feasible for grasp in grasps)
+    table = new_table(f"{found} of {count} grasps that differ; what is above is the first", columns)
+    for number, grasp in enumerate(grasps, start=1):
+        table.add_row(
+            str(number),
+            f"{grasp.force_norm:.3f}",
+            f"{grasp.alignments[0][0]:.1f}",
+            f"{grasp.task_index:.3g}",
+            f"{grasp.passive_margin.size:.2f}",
+            "yes" if grasp.closing.holds else "no",
+        )
+    return table
 
 
 def own_cost_rows(grasp: Grasp) -> list[tuple[str, str]]:

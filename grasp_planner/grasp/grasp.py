@@ -36,7 +36,7 @@ class Grasp(PosedGrasp):
 
     @property
     def objective(self) -> float:
-        """Z = w_F F + w_C C, eq. (29), with the user's own costs."""
+        """Z = w_F F + w_C C, eq. (29), with the user's own costs; without weights C takes the place of the sum."""
         return problem_objective(self.problem).clear_value(self)
 
     @cached_property

@@ -17,7 +17,7 @@ class IterationRecord(Value):
         start: Number of the start, from 0.
         phase: ``one`` (feasibility) or ``two`` (the full problem).
         iteration: Number within the phase, from 1.
-        objective: z = w_F F + w_C C, with the user's own costs.
+        objective: The objective, see :attr:`Grasp.objective`.
         force_norm: F [N].
         task_index: C.
         violations: Largest violation of every constraint, in its unit.
@@ -47,6 +47,7 @@ class SearchReport(Value):
         evaluations: States evaluated over all starts.
         starts_tried: Number of starts tried.
         starts_feasible: Number of starts that ended feasible.
+        least_force: Least F that any start found [N], to a part in a thousand; None where weights decide.
         time_s: Wall time [s].
         message: The solver's last words.
         cancelled: Whether the search was stopped from outside.
@@ -60,6 +61,7 @@ class SearchReport(Value):
     evaluations: int = 0
     starts_tried: int = 0
     starts_feasible: int = 0
+    least_force: float | None = None
     time_s: float = 0.0
     message: str = ""
     cancelled: bool = False

@@ -41,6 +41,31 @@ def geometry_mesh(geometry: Any) -> trimesh.Trimesh:
     raise InvalidValueError("geometry", type(geometry).__name__, "Sphere, Capsule, Cylinder, Box or a mesh")
 
 
+def collision_content(model: Any) -> tuple[Any, ...]:
+    """Return what makes two collision models equal: names, joints, placements and shapes of their geometries.
+
+    Not their pickles: coal keeps in a shape what it computed for an earlier question.
+    """
+    return tuple(
+        (
+            entry.name,
+            entry.parentJoint,
+            np.array(entry.placement.homogeneous).tobytes(),
+            type(entry.geometry).__name__,
+            _shape_content(entry.geometry),
+        )
+        for entry in model.geometryObjects
+    )
+
+
+def _shape_content(geometry: Any) -> tuple[Any, ...]:
+    """Return the sizes of a shape, or the vertices and triangles of a mesh."""
+    if isinstance(geometry, coal.BVHModelBase):
+        mesh = geometry_mesh(geometry)
+        return np.asarray(mesh.vertices).tobytes(), np.asarray(mesh.faces).tobytes()
+    return tuple(np.array(getattr(geometry, name, 0.0)).tobytes() for name in ("radius", "halfLength", "halfSide"))
+
+
 def surface_points(geometry: Any) -> Array:
     """Return points that cover the surface of a coal geometry about evenly, in its frame [m], of shape (n, 3).
 

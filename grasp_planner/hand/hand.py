@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +21,7 @@ from .closing_synergies import CLOSING, MOTORS, closing_synergies, motor_synergi
 from .contact_frame import ContactFrame, find_contact_frame
 from .description import HandDescription
 from .fingers import find_fingers
+from .geometry_mesh import collision_content
 from .hull_fit import FittedHull
 from .mesh_fit import fit_mesh
 from .motion import HandMotion
@@ -75,7 +75,7 @@ class Hand(Value):
         written = {
             "description": self.description.model_dump_json(),
             "model": self.model.saveToString(),
-            "collision_model": pickle.dumps(self.collision_model),
+            "collision_model": collision_content(self.collision_model),
             "folder": self.folder if self.source is None else self.source.content_hash,
         }
         return super()._content() | written

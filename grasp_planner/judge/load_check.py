@@ -99,11 +99,7 @@ def check_loads(problem: GraspProblem, forces: Array, normals: Array, jacobian: 
         The worst of all cases, the undisturbed grasp among them.
     """
     loads, mass = problem.loads, problem.grasp_object.mass
-    response: Array = np.zeros((forces.size, 6))
-    if loads.disturbed:
-        response = response_matrix(problem, grasp, jacobian)
-    if loads.displaced:
-        response = np.hstack([response, displacement_matrix(problem, grasp, jacobian)])
+    response = _answer(problem, grasp, jacobian)
     friction = problem.friction / loads.friction_safety
     cones = [friction_margins(f, normals, friction).min() for f in case_forces(forces, response, loads.cases(mass))]
     rows = np.einsum("ij,ijk->ik", normals, response.reshape(*normals.shape, -1))
@@ -112,6 +108,28 @@ def check_loads(problem: GraspProblem, forces: Array, normals: Array, jacobian: 
     low, high = _extremes(problem, jacobian.T @ forces.ravel(), jacobian.T @ response)
     excess = float((np.maximum(high, -low) - problem.torque_limits).max())
     return LoadCheck(friction=float(np.min(cones)), least_normal=least, largest_normal=largest, torque=excess)
+
+
+def load_force_changes(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
+    """Return by how much the load cases of a problem change the contact forces [N], of shape (n_k, n_c, d).
+
+    Args:
+        problem: The problem.
+        grasp: G, of shape (6, d n_c).
+        jacobian: J [m/rad], of shape (d n_c, n_q).
+    """
+    still = np.zeros((len(problem.frames), problem.contact_model.dimension))
+    return case_forces(still, _answer(problem, grasp, jacobian), problem.loads.cases(problem.grasp_object.mass))
+
+
+def _answer(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:
+    """Return what turns load cases into the change of forces, of shape (d n_c, 6 or 12)."""
+    response: Array = np.zeros((len(jacobian), 6))
+    if problem.loads.disturbed:
+        response = response_matrix(problem, grasp, jacobian)
+    if problem.loads.displaced:
+        response = np.hstack([response, displacement_matrix(problem, grasp, jacobian)])
+    return response
 
 
 def _extremes(problem: GraspProblem, nominal: Array, rows: Array) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose
 from ..values import Value
 from .clearance_check import Clearance, ClearanceKind, hand_clearances, penetration
-from .load_check import LoadCheck, check_loads
+from .load_check import LoadCheck, check_loads, load_force_changes
 from .margins import (
     GraspMargins,
     Holding,
@@ -189,6 +189,25 @@ class PosedGrasp(Value):
         contacts, problem = self.contacts, self.problem
         model, wrench = problem.contact_model, problem.external_wrench
         return force_norm_floor(contacts.points, contacts.normals, problem.friction, wrench, model)
+
+    @cached_property
+    def load_force_floor(self) -> float:
+        """Least F of any forces at these contacts that hold every load case, by the passive answer of this posture [N].
+
+        The floor of the problem without load cases.
+        """
+        contacts, problem = self.contacts, self.problem
+        if not problem.loads.active:
+            return self.force_norm_floor
+        return force_norm_floor(
+            contacts.points,
+            contacts.normals,
+            problem.friction / problem.loads.friction_safety,
+            problem.external_wrench,
+            problem.contact_model,
+            changes=load_force_changes(problem, self.grasp_matrix, self.hand_jacobian),
+            least_normal=problem.loads.min_normal_force,
+        )
 
     @cached_property
     def force_closure_margin(self) -> float:

@@ -22,9 +22,18 @@ HARD = HardFinger()
 
 
 def force_norm_floor(
-    points: Array, normals: Array, friction: npt.ArrayLike, external_wrench: Array, model: ContactModel = HARD
+    points: Array,
+    normals: Array,
+    friction: npt.ArrayLike,
+    external_wrench: Array,
+    model: ContactModel = HARD,
+    *,
+    changes: Array | None = None,
+    least_normal: float = 0.0,
 ) -> float:
     """Return the least F = √(Σ f_n²) of any contact forces in the cones that balance an external wrench.
+
+    With load cases these are the undisturbed forces f, and f + Δf_k has to be in the cones in every case.
 
     Args:
         points: Contact points in O [m], of shape (n_c, 3).
@@ -32,11 +41,13 @@ def force_norm_floor(
         friction: Coefficient of friction μ, one number or one for each contact.
         external_wrench: w_ext on the object [N, N m], of shape (6,).
         model: What the contacts transmit.
+        changes: Δf_k, by which load cases change the forces [N], of shape (n_k, n_c, d); none if left out.
+        least_normal: Least normal force of every contact in every case [N].
 
     Returns:
         The floor [N]; infinite if no such forces exist.
     """
-    # Variables (λ, t): minimise t with ‖f_n‖ ≤ t, G λ = −w_ext, λ in the cones.
+    # Variables (λ, t): minimise t with ‖f_n‖ ≤ t, G λ = −w_ext, λ and every λ + Δf_k in the cones.
     n_c, d = len(points), model.dimension
     size = d * n_c + 1
     normal_map = np.zeros((n_c, size))
@@ -45,8 +56,13 @@ def force_norm_floor(
     norm_rows = np.vstack([np.eye(size)[-1], normal_map])
     cost = np.eye(size)[-1]
     equality = np.hstack([model.grasp_matrix(points, normals), np.zeros((6, 1))])
-    cones = [norm_rows, *model.cone_rows(normals, friction, size)]
-    solution = solve_cone_program(cost, equality, -external_wrench, cones, [np.zeros(len(rows)) for rows in cones])
+    cones, offsets = [norm_rows], [np.zeros(len(norm_rows))]
+    own = model.cone_rows(normals, friction, size)
+    for change in np.zeros((1, n_c, d)) if changes is None else changes:
+        moved = np.append(change, 0.0)
+        cones += [*own, *normal_map[:, None]]
+        offsets += [*(rows @ moved for rows in own), *(normal_map @ moved - least_normal)[:, None]]
+    solution = solve_cone_program(cost, equality, -external_wrench, cones, offsets)
     return math.inf if solution is None else float(solution[-1])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -34,7 +35,11 @@ ROTATION_REACH = 2.0
 PHASE_ONE_FORCE_WEIGHT = 0.1
 """Weight of F [1/N] while phase one looks for feasibility."""
 
-Phase = Literal["one", "two"]
+TASK_SHARE, TASK_FLOOR = 0.2, 1e-2
+"""While the least force is sought, a logarithm of C counts like this much of F's; C as above this part of that at the
+start. So the search for little force already turns to where the task is served: ln F alone ends where it is not."""
+
+Phase = Literal["one", "force", "two"]
 
 
 class GraspProgram:
@@ -99,12 +104,17 @@ class GraspProgram:
         typical = self.objective.typical(self.problem, self.state(z))
         return 1.0 / max(typical, 1e-300)
 
-    def build(self, phase: Phase, objective_scale: float = 1.0) -> NonlinearProgram:
+    def build(
+        self, phase: Phase, objective_scale: float = 1.0, most_force: float = math.inf, task_floor: float = 0.0
+    ) -> NonlinearProgram:
         """Return the program of a phase.
 
         Args:
-            phase: ``one`` minimises F alone, to reach feasibility; ``two`` minimises the objective (29).
+            phase: ``one`` minimises F alone, to reach feasibility; ``force`` ln F + 0.2 ln C, to learn how little
+                force will do; ``two`` the objective.
             objective_scale: Factor of the objective in phase two.
+            most_force: Bound of F [N].
+            task_floor: Added to C in its logarithm.
 
         Returns:
             The program in scaled variables.
@@ -115,16 +125,21 @@ class GraspProgram:
 
         def objective(z: Array) -> tuple[float, Array]:
             state = self.state(z)
-            return sought.value(self.problem, state), sought.gradient(self.problem, state) * self.scale
+            if phase == "force":
+                value, slope = _little_force(state, task_floor)
+            else:
+                value, slope = sought.value(self.problem, state), sought.gradient(self.problem, state)
+            return value, slope * self.scale
+
+        def inequality(z: Array) -> tuple[Array, Array]:
+            value, slope = self._stack(self._inequalities, z)
+            if math.isinf(most_force):
+                return value, slope
+            state = self.state(z)
+            return np.append(value, most_force - state.force_norm), np.vstack([slope, -state.d_force_norm * self.scale])
 
         lower, upper = self.bounds()
-        return NonlinearProgram(
-            objective=objective,
-            equality=lambda z: self._stack(self._equalities, z),
-            inequality=lambda z: self._stack(self._inequalities, z),
-            lower=lower,
-            upper=upper,
-        )
+        return NonlinearProgram(objective, lambda z: self._stack(self._equalities, z), inequality, lower, upper)
 
     def violations(self, z: Array) -> dict[str, float]:
         """Return the largest violation of every constraint, in its unit."""
@@ -161,6 +176,13 @@ class GraspProgram:
         lower = -upper
         lower[layout.joints], upper[layout.joints] = hand.lower, hand.upper
         return lower / self.scale, upper / self.scale
+
+
+def _little_force(state: GraspState, task_floor: float) -> tuple[float, Array]:
+    """Return ln F + 0.2 ln(C + floor), which has no units to weigh, and its gradient by x."""
+    force, task = state.force_norm, state.task_index + task_floor
+    value = math.log(force) + TASK_SHARE * math.log(task)
+    return value, state.d_force_norm / force + (TASK_SHARE / task) * state.d_task_index
 
 
 def displacement_step(problem: GraspProblem) -> float:

@@ -10,17 +10,26 @@ from ..grasp.grasp import Grasp
 
 SAME_PLACE, SAME_ANGLE = 1e-3, 5e-3
 """Distance of palms [m], of joint angles [rad] and of entries of the palms' rotations within which grasps are one."""
+ALIKE_ANGLE, ALIKE_PLACE = 0.05, 0.005
+"""Root mean square distances of joint angles [rad] and of contact points [m] below which two grasps are alike."""
+MOST_KEPT = 256
+"""Different grasps that are kept; beyond them the worse half goes."""
 
 
-def feasible_rank(grasp: Grasp) -> tuple[float, ...]:
+def feasible_rank(grasp: Grasp, most_force: float = math.inf) -> tuple[float, ...]:
     """Return what feasible grasps are ordered by, the best first.
 
-    The objective to three digits; of equally good ones the angle between the first task and its ellipsoid in whole
-    degrees, then the iterations it took.
+    F of those that take too much; the objective to three digits; of equally good ones the angle between the first
+    task and its ellipsoid in whole degrees, then the iterations it took.
+
+    Args:
+        grasp: A feasible grasp.
+        most_force: F that a grasp may take [N].
     """
     angle, _ = grasp.alignments[0]
     iterations = grasp.search.iterations if grasp.search is not None else 0
-    return float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
+    excess = grasp.force_norm if grasp.force_norm > most_force * (1.0 + 1e-6) else 0.0
+    return excess, float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
 
 
 def same_grasp(first: Grasp, second: Grasp) -> bool:
@@ -29,6 +38,13 @@ def same_grasp(first: Grasp, second: Grasp) -> bool:
     turned = float(np.abs(first.palm_pose.rotation - second.palm_pose.rotation).max())
     bent = float(np.abs(first.joint_angles - second.joint_angles).max())
     return place < SAME_PLACE and max(turned, bent) < SAME_ANGLE
+
+
+def alike(first: Grasp, second: Grasp) -> bool:
+    """Return whether two grasps of a problem are so near in posture and contact points that a user sees one."""
+    turn = np.sqrt(np.mean(np.square(first.joint_angles - second.joint_angles)))
+    apart = first.contacts.points - second.contacts.points
+    return bool(turn < ALIKE_ANGLE and np.sqrt(np.mean(np.sum(apart**2, axis=1))) < ALIKE_PLACE)
 
 
 class FoundGrasps:
@@ -40,32 +56,47 @@ class FoundGrasps:
 
     def __init__(self) -> None:
         self.count = 0
-        self._different: list[tuple[tuple[float, ...], Grasp]] = []
+        self._different: list[Grasp] = []
 
     @property
     def different(self) -> int:
         """How many different ones were found."""
         return len(self._different)
 
-    def keep(self, grasp: Grasp) -> None:
+    def keep(self, grasp: Grasp, most_force: float = math.inf) -> None:
         """Keep a grasp; of one found twice the better one stays."""
         self.count += 1
-        rank = feasible_rank(grasp)
-        for index, (known, other) in enumerate(self._different):
+        for index, other in enumerate(self._different):
             if same_grasp(grasp, other):
-                if rank < known:
-                    self._different[index] = rank, grasp
+                if feasible_rank(grasp) < feasible_rank(other):
+                    self._different[index] = grasp
                 return
-        self._different.append((rank, grasp))
+        self._different.append(grasp)
+        if len(self._different) > MOST_KEPT:
+            self._different = self.ranked(most_force)[: MOST_KEPT // 2]
 
-    def ranked(self) -> list[Grasp]:
+    def ranked(self, most_force: float = math.inf) -> list[Grasp]:
         """Return the different grasps, the best first."""
-        return [grasp for _, grasp in sorted(self._different, key=lambda each: each[0])]
+        return sorted(self._different, key=lambda grasp: feasible_rank(grasp, most_force))
 
-    def first(self) -> Grasp | None:
+    def first(self, most_force: float = math.inf) -> Grasp | None:
         """Return the best grasp, None if there is none."""
-        return next(iter(self.ranked()), None)
+        return next(iter(self.ranked(most_force)), None)
 
-    def first_closing(self) -> Grasp | None:
+    def first_closing(self, most_force: float = math.inf) -> Grasp | None:
         """Return the best of those that close from an open hand, None if none does; worse ones are not looked at."""
-        return next((grasp for grasp in self.ranked() if grasp.closing.holds), None)
+        return next((grasp for grasp in self.ranked(most_force) if grasp.closing.holds), None)
+
+    def best(self, count: int, *, closing: bool, most_force: float = math.inf) -> tuple[Grasp, ...]:
+        """Return the best grasps of which no two are alike, at most so many; if so asked those that close first."""
+        if count == 1:
+            chosen = (self.first_closing(most_force) if closing else None) or self.first(most_force)
+            return () if chosen is None else (chosen,)
+        ordered = self.ranked(most_force)
+        if closing:
+            ordered.sort(key=lambda grasp: not grasp.closing.holds)
+        found: list[Grasp] = []
+        for grasp in ordered:
+            if len(found) < count and not any(alike(grasp, each) for each in found):
+                found.append(grasp)
+        return tuple(found)

@@ -15,6 +15,8 @@ from .settings import check_settings, numbers_of_text, rows_of_text, setting, te
 
 STANDARD_GRAVITY = 9.81
 """Gravity [m/s²]."""
+PAPER_WEIGHTS = {"force_weight": 1e-6, "task_weight": 1.0}
+"""w_F [1/N] and w_C of the paper's tables."""
 
 
 TorqueModel = Literal["total", "internal"]
@@ -32,8 +34,10 @@ class GraspParameters(Value):
         joint_compliance: C_q [rad/(N m)], one number, one for each joint in the order of q, or the rows of a symmetric
             positive definite matrix.
         contact_stiffness: K_c [N/m].
-        force_weight: w_F in z = w_F F + w_C C; eq. (29).
+        force_weight: w_F in z = w_F F + w_C C; eq. (29). If neither weight is given: least force first, then the
+            best task; by (17), and with one of them given, the other is the paper's.
         task_weight: w_C.
+        force_factor: Without weights, how many times the least F found the best task may take.
         gravity: Acceleration of gravity in O [m/s²], of shape (3,) (choice A4: along −z).
         torque_model: Which torque bends the joints in eq. (10): that of the ``total`` contact force, or of the
             ``internal`` forces only as in eq. (33) (choice A5).
@@ -82,8 +86,28 @@ class GraspParameters(Value):
     contact_stiffness: float = setting(
         None, "Stiffness K_c of a contact.", kind="number", unit="N/m", low=0.0, high=1e12, none="the hand's"
     )
-    force_weight: float = setting(1e-6, "Weight w_F of the grasping force F.", unit="1/N", low=0.0, high=1e6)
-    task_weight: float = setting(1.0, "Weight w_C of the task index C.", low=0.0, high=1e6)
+    force_weight: float | None = setting(
+        None,
+        "Weight w_F of the grasping force F.",
+        kind="number",
+        unit="1/N",
+        low=0.0,
+        high=1e6,
+        none="least force first; 1e-6 with --paper",
+        paper=PAPER_WEIGHTS["force_weight"],
+    )
+    task_weight: float | None = setting(
+        None,
+        "Weight w_C of the task index C.",
+        kind="number",
+        low=0.0,
+        high=1e6,
+        none="least force first; 1 with --paper",
+        paper=PAPER_WEIGHTS["task_weight"],
+    )
+    force_factor: float = setting(
+        1.5, "Without weights, how many times the least F found the best task may take.", low=1.0, high=1e3, step=0.1
+    )
     gravity: Array = setting(
         lambda: readonly([0.0, 0.0, -STANDARD_GRAVITY]),
         "Gravity x,y,z in the object frame.",
@@ -112,23 +136,29 @@ class GraspParameters(Value):
         check_settings(self)
         if not isinstance(self.contact_model, ContactModel):
             raise InvalidValueError("contact_model", self.contact_model, f"one of {', '.join(CONTACT_MODELS)}")
-        if self.force_weight == 0.0 and self.task_weight == 0.0:
+        if self.force_weight == self.task_weight == 0.0:
             raise InvalidValueError("force_weight, task_weight", (0.0, 0.0), "at least one of them > 0")
         if self.torque_model == "internal" and self.force_law == "springs":
             raise InvalidValueError("torque_model", "internal", "total where forces come from springs")
         object.__setattr__(self, "gravity", finite_array("gravity", self.gravity, (3,)))
 
     def of_hand(self, hand: Hand) -> GraspParameters:
-        """Return the parameters with the hand's own numbers, and a force law, where there are none.
+        """Return the parameters with the hand's own numbers, a force law and its weights, where there are none.
 
         That law is springs, but where internal forces alone bend the joints, eq. (33): only (17) tells them apart.
+        By (17), or where one weight is given, weights that are missing are the paper's.
         """
-        missing = {name: value for name, value in self._usual(hand).items() if getattr(self, name) is None}
+        usual = self._usual(hand)
+        if self.weighted or (self.force_law or usual["force_law"]) == "controllable":
+            usual |= PAPER_WEIGHTS
+        missing = {name: value for name, value in usual.items() if getattr(self, name) is None}
         return replace(self, **missing) if missing else self
 
     def of_paper(self) -> GraspParameters:
-        """Return the parameters with the paper's force law, eq. (17), where they have none."""
-        return replace(self, force_law="controllable") if self.force_law is None else self
+        """Return the parameters with the paper's force law, eq. (17), and weights where they have none."""
+        usual: dict[str, Any] = PAPER_WEIGHTS | {"force_law": "controllable"}
+        missing = {name: value for name, value in usual.items() if getattr(self, name) is None}
+        return replace(self, **missing) if missing else self
 
     def without_hand(self, hand: Hand) -> GraspParameters:
         """Return the parameters without those that :meth:`of_hand` gives, so that another hand can give its own."""
@@ -138,6 +168,11 @@ class GraspParameters(Value):
     def _usual(self, hand: Hand) -> dict[str, Any]:
         """Return what stands where nothing is given."""
         return hand_parameters(hand) | {"force_law": "controllable" if self.torque_model == "internal" else "springs"}
+
+    @property
+    def weighted(self) -> bool:
+        """Whether the objective is the weighted sum (29); else it is least force first, then the best task."""
+        return self.force_weight is not None or self.task_weight is not None
 
 
 def hand_parameters(hand: Hand) -> dict[str, Any]:

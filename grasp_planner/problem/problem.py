@@ -51,7 +51,7 @@ class GraspProblem(Value):
         clearance: What has to keep clear of what: by default links of the object and of each other, with Remark 1.
         contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
         loads: Disturbances and limits to withstand: by default a push of 1 N from any side, in cones of μ/1.2.
-        costs: The user's own costs beside w_F F + w_C C, such as ``MyCost().weighted(0.1)``.
+        costs: The user's own costs beside w_F F + w_C C (C without weights), as ``MyCost().weighted(0.1)``.
         constraints: The user's own constraints beside those that follow from the other fields.
 
     :meth:`paper` makes the paper's plain problem instead.

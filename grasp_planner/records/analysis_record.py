@@ -36,7 +36,7 @@ class SensitivityRecord(Record):
     follows: bool = Field(description="whether a neighbouring grasp keeps all active constraints; if not, null below")
     d_force_norm: Optional = Field(description="dF*/dp")
     d_task_index: Optional = Field(description="dC*/dp")
-    d_objective: Optional = Field(description="d(w_F F + w_C C)/dp")
+    d_objective: Optional = Field(description="d(objective)/dp")
     d_joint_angles: list[Optional]
     d_palm: list[Optional] = Field(description="translation, rotation vector, in O")
     d_delta_sigma: list[Optional]

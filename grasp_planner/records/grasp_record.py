@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from pathlib import Path
 
 import numpy as np
-from pydantic import ValidationError
 
-from ..exceptions import FileFormatError
-from ..files.reading import read_bounded
 from ..grasp.grasp import Grasp, SearchReport
 from ..hand.hand import Hand
 from ..model.contact_model import HardFinger
@@ -47,9 +43,6 @@ from .parts import (
 from .settings import plain_settings, settings_from
 from .terms import cost_records, own_terms_of, own_terms_record, violation_records
 
-MAX_RECORD_BYTES = 5_000_000
-"""Largest grasp file that is read."""
-
 
 def grasp_record(grasp: Grasp) -> GraspRecord:
     """Return the record of a grasp; every number is computed by the grasp itself."""
@@ -78,6 +71,8 @@ def grasp_record(grasp: Grasp) -> GraspRecord:
         objective=grasp.objective,
         force_norm=grasp.force_norm,
         force_norm_floor=finite_or_none(grasp.force_norm_floor),
+        load_force_floor=finite_or_none(grasp.load_force_floor),
+        least_force=search.least_force,
         task_index=grasp.task_index,
         transmission_ratios=[task.transmission_ratio for task in tasks],
         alignment_angle_deg=tasks[0].alignment_angle_deg,
@@ -158,51 +153,6 @@ def _search_options_record(options: PlannerOptions | None) -> SearchOptionsRecor
     return None if options is None else SearchOptionsRecord(**plain_settings(options))
 
 
-def grasp_json(grasp: Grasp) -> str:
-    """Return the JSON text of a grasp."""
-    return grasp_record(grasp).model_dump_json(indent=2) + "\n"
-
-
-def read_grasp_record(path: Path) -> GraspRecord:
-    """Read a grasp file.
-
-    Args:
-        path: JSON file.
-
-    Returns:
-        The record.
-
-    Raises:
-        FileFormatError: If it can't be read, is too large, or breaks the contract; the reason names the key.
-    """
-    return parse_grasp_record(read_bounded(path, MAX_RECORD_BYTES), path)
-
-
-def parse_grasp_record(content: bytes, source: Path | str) -> GraspRecord:
-    """Return the record of JSON text.
-
-    Args:
-        content: The text, in UTF-8.
-        source: Where it comes from, for messages.
-
-    Returns:
-        The record.
-
-    Raises:
-        FileFormatError: If it is too large, no UTF-8, no JSON, or breaks the contract; the reason names the key.
-    """
-    if len(content) > MAX_RECORD_BYTES:
-        raise FileFormatError(source, f"larger than the {MAX_RECORD_BYTES} bytes allowed")
-    try:
-        return GraspRecord.model_validate_json(content.decode("utf-8"))
-    except UnicodeDecodeError:
-        raise FileFormatError(source, "is not UTF-8 text") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        raise FileFormatError(source, f"key {key!r}: {first['msg']}") from None
-
-
 def grasp_from_record(
     record: GraspRecord,
     hand: Hand | None = None,
@@ -251,6 +201,7 @@ def grasp_from_record(
         evaluations=record.evaluations,
         starts_tried=record.starts_tried,
         starts_feasible=record.starts_feasible,
+        least_force=record.least_force,
         time_s=record.time_s,
         message=record.message,
         cancelled=record.status == "cancelled",

@@ -210,9 +210,15 @@ class GraspRecord(Record):
     time_s: Number
     seed: int
     search_options: SearchOptionsRecord | None = Field(default=None, description="null where they are not known")
-    objective: Number = Field(description="the weighted sum of costs: w_F F + w_C C and the user's own")
+    objective: Number = Field(description="w_F F + w_C C (C without weights) and the user's own costs")
     force_norm: Number = Field(description="F, N")
     force_norm_floor: Optional = Field(description="least F at these contacts, N; null if there is none")
+    load_force_floor: Optional = Field(
+        default=None, description="the same with every load case held, N; null also in files written before"
+    )
+    least_force: Optional = Field(
+        default=None, description="least F that any start of the search found, N; null where weights decide"
+    )
     task_index: Number = Field(description="C")
     transmission_ratios: list[Optional]
     alignment_angle_deg: Optional = Field(description="of the first task direction")

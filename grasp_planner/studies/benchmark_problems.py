@@ -121,7 +121,7 @@ class BenchmarkCase:
             thing,
             (force_task(rng.normal(size=3)),),
             self.n_synergies,
-            GraspParameters(force_weight=1e-6),
+            GraspParameters(),
             synergy_set=self.synergy_set,
             contact_set=self.contact_set,
             clearance=ClearanceOptions() if self.clearance else ClearanceOptions.off(),

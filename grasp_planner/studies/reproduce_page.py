@@ -183,7 +183,7 @@ def _convergence(cells: Sequence[CellResult]) -> bytes:
         left.semilogy([max(record.objective, 1e-12) for record in history], style, label=label)
         violations = [max(max(record.violations.values()), 1e-12) for record in history]
         right.semilogy(violations, style, label=label)
-    left.set(xlabel="iteration (phase one, then two)", ylabel="w_F F + w_C C", title="objective")
+    left.set(xlabel="iteration (phase one, then two)", ylabel="z", title="objective")
     right.set(xlabel="iteration (phase one, then two)", ylabel="largest violation [SI]", title="violation")
     right.axhline(1e-6, color="black", linewidth=0.8)
     left.legend(fontsize=8)

@@ -1,4 +1,7 @@
-"""The objective z = w_F F + w_C C of eq. (29), with the user's own costs: the one place where it is summed."""
+"""The objective z = w_F F + w_C C of eq. (29), with the user's own costs: the one place where it is summed.
+
+Without weights it is C alone, and F is bounded: by a factor times the least F that the search finds.
+"""
 
 from __future__ import annotations
 
@@ -56,8 +59,7 @@ class Objective:
 
 def problem_objective(problem: GraspProblem) -> Objective:
     """Return the objective of a problem."""
-    built_in = (
-        Weighted(ForceNorm(), problem.parameters.force_weight),
-        Weighted(TaskIndex(), problem.parameters.task_weight),
-    )
+    parameters = problem.parameters
+    force, task = (parameters.force_weight or 0.0, parameters.task_weight or 0.0) if parameters.weighted else (0.0, 1.0)
+    built_in = (Weighted(ForceNorm(), force), Weighted(TaskIndex(), task))
     return Objective((*built_in, *own_costs(problem.costs)))

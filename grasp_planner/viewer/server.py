@@ -20,7 +20,7 @@ import websockets.asyncio.server as websocket_server
 from viser import _messages as messages
 
 from ..exceptions import InvalidValueError
-from ..records.grasp_record import MAX_RECORD_BYTES
+from ..records.grasp_files import MAX_RECORD_BYTES
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 MAX_TEXT = 2000

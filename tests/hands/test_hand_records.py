@@ -16,7 +16,8 @@ import grasp_planner as gp
 from grasp_planner.batch import RunRows, load_grasps, load_row, parse_spec, run_batch
 from grasp_planner.cli.main import main
 from grasp_planner.records import hand_record
-from grasp_planner.records.grasp_record import grasp_record, parse_grasp_record
+from grasp_planner.records.grasp_files import parse_grasp_record
+from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.records.hand_record import HandChangedWarning
 from tests.hands.test_hand_check import three_fingers
 

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import grasp_planner as gp
 from grasp_planner.cli.main import main
-from grasp_planner.records.grasp_record import grasp_json
+from grasp_planner.records.grasp_files import grasp_json
 from grasp_planner.simulate import simulate_grasp
 
 

@@ -14,7 +14,7 @@ from grasp_planner.cli.options import planner_options, problem_from_options, pro
 from grasp_planner.model import SoftFinger
 from grasp_planner.problem.from_settings import PROBLEM_SETTINGS
 from grasp_planner.problem.settings import settings_of
-from grasp_planner.records.grasp_record import parse_grasp_record
+from grasp_planner.records.grasp_files import parse_grasp_record
 from grasp_planner.viewer.panels.plan import PlanPanel
 from grasp_planner.viewer.panels.problem import ProblemPanel
 from grasp_planner.viewer.server import LocalServer
@@ -32,6 +32,7 @@ OTHERS = {
     "joint_compliance": 0.3,
     "contact_stiffness": 2e4,
     "force_weight": 1e-3,
+    "force_factor": 2.5,
     "task_weight": 0.5,
     "gravity": (0.0, -9.0, 1.5),
     "torque_model": "internal",

@@ -18,7 +18,7 @@ from ...model.task_direction import TaskDirection, parse_task
 from ...objects import SHAPES, GraspObject
 from ...problem.clearance_options import ClearanceOptions
 from ...problem.load_cases import LoadCases
-from ...problem.parameters import GraspParameters
+from ...problem.parameters import PAPER_WEIGHTS, GraspParameters
 from ...problem.problem import MOTION_SYNERGIES, GraspProblem, default_synergies
 from ..session import Session
 from .settings import SettingsPanel
@@ -54,7 +54,7 @@ class ProblemPanel:
             self.loads = SettingsPanel(gui, LoadCases, self._changed)
         with gui.add_folder("Weights and model", expand_by_default=False):
             self.weight_ratio = gui.add_slider(
-                "log₁₀ w_F/w_C", -9.0, 0.0, 0.25, -6.0, hint="Low force or the task first"
+                "log₁₀ w_F/w_C", -9.0, 0.0, 0.25, -6.0, hint="Sets both weights; empty weights below: least force first"
             )
             self.weight_ratio.on_update(lambda _: self._changed())
             self.parameters = SettingsPanel(gui, GraspParameters, self._changed)
@@ -155,7 +155,9 @@ class ProblemPanel:
         self.loads.show(problem.loads)
         given = problem.parameters
         self.parameters.show(given)
-        ratio = given.force_weight / given.task_weight if given.task_weight > 0.0 else math.inf
+        ratio = PAPER_WEIGHTS["force_weight"]  # the slider stays there without weights
+        if given.force_weight is not None and given.task_weight is not None:
+            ratio = given.force_weight / given.task_weight if given.task_weight > 0.0 else math.inf
         self._set("weight_ratio", self.weight_ratio, float(np.clip(log10(ratio), -9.0, 0.0)))
 
     def _add_task(self) -> None:

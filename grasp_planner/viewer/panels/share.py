@@ -12,7 +12,8 @@ from ...exceptions import FileFormatError, GraspPlannerError, InvalidValueError
 from ...hand.description import hand_library
 from ...hand.loading import load_hand
 from ...problem.search_options import PlannerOptions
-from ...records.grasp_record import grasp_from_record, grasp_json, parse_grasp_record
+from ...records.grasp_files import grasp_json, parse_grasp_record
+from ...records.grasp_record import grasp_from_record
 from ..equivalent import command_text, python_text, what_is_lost
 from ..export import grasp_html
 from ..session import Session
