@@ -427,7 +427,7 @@ def test_a_violation_that_is_no_number_is_none_that_is_met(plain):
 def test_own_costs_are_shown(raised):
     """On the command line with value and weight, on the page in the unit that people read."""
     from grasp_planner.cli.plan import own_cost_rows
-    from grasp_planner.viewer.text import headline
+    from grasp_planner.viewer.verdict_card import headline
 
     grasp = replace(raised, problem=replace(raised.problem, costs=(_Height().weighted(0.5),)))
     ((name, text),) = own_cost_rows(grasp)
