@@ -199,9 +199,9 @@ def test_a_matrix_of_another_size_is_one_line(right):
 
 def described(tmp_path, joint):
     source = gp.hand_library()["tendon_hand"]
-    text = source.read_text(encoding="utf-8").replace('"synergies/', f'"{source.parent}/synergies/')
+    text = source.read_text(encoding="utf-8")
     text = text.replace("structural = 0.1", f"joint = {joint}\nstructural = 0.1")
-    start, end = text.index("[compliance.joint]"), text.index("[contact_sets.sphere]")
+    start, end = text.index("[compliance.joint]"), text.index("[tendons.motors]")
     path = tmp_path / "hand.toml"
     path.write_text((text[:start] + text[end:]).replace('"tendon_hand.urdf"', f'"{source.parent}/tendon_hand.urdf"'))
     return path
