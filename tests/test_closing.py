@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.closing.closing import OPEN_OVERLAP, ClosingReport, close_grasp
+from grasp_planner.closing.closing import close_grasp
 from grasp_planner.closing.contact_law import PENALTY, contact_rows
 from grasp_planner.closing.equilibrium import Anchors, Conditions, RestSolver
 from grasp_planner.closing.path import free_posture, posture_overlaps, reference_path, reference_paths
+from grasp_planner.closing.report import OPEN_OVERLAP, ClosingReport
 from grasp_planner.closing.touches import find_touches
 from grasp_planner.planning.ranking import FoundGrasps
 from grasp_planner.records.layout import ClosingRecord
@@ -17,6 +18,9 @@ from grasp_planner.records.parts import closing_record
 
 from .finite_differences import central_differences
 from .stored import stored
+
+PUSHED = 4.5
+"""A load case that the stored grasp, closed, withstands only if it squeezes beyond its plan [N]."""
 
 
 @pytest.fixture(scope="module")
@@ -143,6 +147,33 @@ def test_a_hand_with_many_synergies_closes_in_the_first_of_several_ways_that_hol
     open_hand = free_posture(grasp, first.open)
     np.testing.assert_array_equal(grasp.closing.pregrasp, open_hand)
     assert first.overlap == posture_overlaps(grasp.problem, open_hand, grasp.palm_pose, links=False)[0] <= OPEN_OVERLAP
+
+
+def test_squeezing_beyond_the_plan_goes_on_along_the_same_way(grasp):
+    way = reference_path(grasp, links=False)
+    farther = way.beyond(1.4)
+    np.testing.assert_allclose(farther.squeezing - way.touching, 1.4 * (way.squeezing - way.touching))
+    np.testing.assert_array_equal(farther.touching, way.touching)
+    plain, harder = close_grasp(grasp, way), close_grasp(grasp, farther)
+    assert np.linalg.norm(harder.forces) > 1.1 * np.linalg.norm(plain.forces)
+    assert harder.torque_use > 1.1 * plain.torque_use > 0.0
+    assert "squeezing 1.4 times" in harder.text and "squeezing" not in plain.text
+
+
+def test_a_hand_squeezes_beyond_the_plan_only_where_it_would_not_hold_otherwise(grasp):
+    assert grasp.closing.path.factor == 1.0
+    heavy = replace(grasp, problem=replace(grasp.problem, loads=gp.LoadCases(force=PUSHED)))
+    first = reference_path(heavy, links=False)
+    assert close_grasp(heavy, first).worth_squeezing
+    assert heavy.closing.holds
+    assert heavy.closing.path.factor > 1.0
+    assert heavy.closing.push == pytest.approx(1.5 * PUSHED)
+
+
+def test_a_hand_does_not_close_beyond_its_torques(grasp):
+    weak = replace(grasp.closing, torque_use=1.2)
+    assert grasp.closing.holds and not weak.holds
+    assert "120 % of its torque" in weak.text
 
 
 def test_a_hand_that_cannot_open_does_not_close(grasp):

@@ -8,16 +8,16 @@ transmit forces only: what a soft finger adds by torsion is left out.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from ..hand.configuration import HandConfiguration
 from ..judge.posed_grasp import PosedGrasp
 from ..model.compliance import hand_stiffness
 from ..spatial import Array, Pose
-from ..values import Value
 from .equilibrium import Anchors, Conditions, RestSolver, RestState
 from .path import ReferencePath, free_posture, posture_overlaps, reference_paths
+from .report import OPEN_OVERLAP, ClosingReport
 from .touches import Touches, find_touches
 
 CLOSING_STEPS = 8
@@ -30,100 +30,19 @@ CREPT = 0.005
 """… until this force stops it [N]."""
 BUDGET, PUSH_BUDGET = 500, 120
 """Most evaluations of closing and release, and of a push; whatever takes more counts as lost."""
-PUSH = 1.0
-"""Force the object is pushed with where no load case names one [N]."""
-OPEN_OVERLAP = 1e-3
-"""Deepest overlap of the open hand with itself or the object with which a closing may begin [m], as in simulation."""
+PUSH, SAFETY = 1.0, 1.5
+"""Force the object is pushed with where no load case names one [N]; it is pushed harder by the second factor: statics
+knows nothing of the swing with which an object settles in a hand that lets it go."""
+BEYOND = (1.0, 1.4)
+"""How far the references go on from touching towards the plan's, and where that does not hold, beyond them."""
+MOST_EVALUATIONS = 800
+"""Evaluations of all ways of a grasp after which no further way is tried."""
 MAX_DISPLACEMENT, MAX_ROTATION = 0.05, np.radians(15.0)
 """How far the object may move [m] and turn [rad], as in simulation."""
 
 
 Step = Callable[[RestState, float, float, bool], RestState | None]
 """From a state at a time to the state at a later one, the last resort included or not."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ClosingReport(Value):
-    """How a grasp closes from an open hand, and whether it then holds; frame O of the plan.
-
-    Attributes:
-        path: The references from the open hand to the plan's, the best of several ways.
-        pregrasp: Posture of the open hand, the palm where it is planned [rad], of shape (n_q,).
-        names: Names of the contacts.
-        times: When each finger touches: 0 open, 1 the touching references, 2 the plan's; infinite without a touch.
-        points: Where each finger first touches the object, or where the surface is nearest [m], of shape (n_c, 3).
-        mismatch: Distance of these points from the planned contacts [m], of shape (n_c,).
-        mismatch_force: The same by the stiffness of the fingers, the palm and the references held [N], of shape (n_c,).
-        forces: Of the hand on the object at rest, the object free [N], of shape (n_c, 3); nan if it is lost.
-        cone_use: |f_t|/(μ f_n) at rest, 0 without contact, of shape (n_c,).
-        slip: How far each contact slid over the object, closing and release together [m], of shape (n_c,).
-        overlap: Deepest overlap of a link that is no contact with the object or another link at rest [m].
-        displacement: Of the object at rest [m].
-        rotation: Of the object at rest [rad].
-        pushes: How far a push along ±x, ±y, ±z moves it [m]; infinite where it is lost, of shape (6,).
-        push: How strong these pushes are [N].
-    """
-
-    path: ReferencePath
-    pregrasp: Array
-    names: tuple[str, ...]
-    times: Array
-    points: Array
-    mismatch: Array
-    mismatch_force: Array
-    forces: Array
-    cone_use: Array
-    slip: Array
-    overlap: float
-    displacement: float
-    rotation: float
-    pushes: Array
-    push: float
-
-    @property
-    def order(self) -> tuple[str, ...]:
-        """Names of the fingers that touch, the first first."""
-        return tuple(self.names[i] for i in np.argsort(self.times, kind="stable") if np.isfinite(self.times[i]))
-
-    @property
-    def rests(self) -> bool:
-        """Whether the hand, closed, has the object at rest."""
-        return bool(np.isfinite(self.displacement))
-
-    @property
-    def holds(self) -> bool:
-        """Whether the open hand is free, closes and then holds every push."""
-        return self.opens and self.rests and bool(np.isfinite(self.pushes).all())
-
-    @property
-    def opens(self) -> bool:
-        """Whether the open hand overlaps neither the object nor itself."""
-        return self.path.overlap <= OPEN_OVERLAP
-
-    @property
-    def rank(self) -> tuple[float, ...]:
-        """What ways of closing are ordered by, the best first: opens, rests, pushes held, mismatch."""
-        return not self.opens, not self.rests, float(np.isinf(self.pushes).sum()), float(self.mismatch.max())
-
-    @property
-    def worst(self) -> int:
-        """The contact that touches farthest from the plan."""
-        return int(np.argmax(self.mismatch))
-
-    @property
-    def text(self) -> str:
-        """One sentence."""
-        off = f"{self.names[self.worst]} touches {1e3 * self.mismatch[self.worst]:.1f} mm off"
-        missing = [name for name, time in zip(self.names, self.times, strict=True) if not np.isfinite(time)]
-        if missing:
-            off = f"{' and '.join(missing)} would not touch; {off}"
-        if self.holds:
-            return f"closes from open: {off}, the object moves {1e3 * self.displacement:.1f} mm"
-        if not self.opens:
-            return f"does not close: the open hand overlaps by {1e3 * self.path.overlap:.1f} mm"
-        lost = int(np.isinf(self.pushes).sum())
-        what = f"{lost} of {len(self.pushes)} pushes of {self.push:g} N lost" if self.rests else "the object is lost"
-        return f"does not close: {off}, {what}"
 
 
 def close_grasp(grasp: PosedGrasp, path: ReferencePath | None = None) -> ClosingReport:
@@ -139,14 +58,20 @@ def close_grasp(grasp: PosedGrasp, path: ReferencePath | None = None) -> Closing
     if path is not None:
         return _Run(grasp, path).result()
     best: ClosingReport | None = None
+    used = 0
     # Where the plan itself does not keep the links clear, they do not count in the open hand either.
     clear = max(posture_overlaps(grasp.problem, grasp.joint_angles, grasp.palm_pose)) <= OPEN_OVERLAP
     for way in reference_paths(grasp, links=clear):
-        report = _Run(grasp, way).result()
-        if best is None or report.rank < best.rank:
-            best = report
-        if best.holds:
-            break
+        for factor in BEYOND:
+            run = _Run(grasp, way.beyond(factor))
+            report = run.result()
+            if best is None or report.rank < best.rank:
+                best = report
+            used += run.solver.used
+            if best.holds or used > MOST_EVALUATIONS:
+                return best
+            if not report.worth_squeezing:
+                break
     assert best is not None
     return best
 
@@ -172,9 +97,9 @@ class _Run:
         blocks = stiffness.reshape(n_c, 3, n_c, 3)[np.arange(n_c), :, np.arange(n_c), :]
         self.solver.left = BUDGET
         rest = self._released(self._closed())
-        push = problem.loads.force or PUSH
+        push = SAFETY * (problem.loads.force or PUSH)
         forces, use, pushes = np.full((n_c, 3), np.nan), np.zeros(n_c), np.full(6, np.inf)
-        displacement = rotation = overlap = np.inf
+        displacement = rotation = overlap = torque_use = np.inf
         if rest is not None:
             (displacement, rotation), forces = self._motion(rest), rest.forces
             normal = np.einsum("ij,ij->i", forces, rest.normals)
@@ -182,6 +107,7 @@ class _Run:
             use = np.where(normal > 1e-9, across / np.maximum(self.solver.friction * normal, 1e-9), 0.0)
             pose = Pose(rest.rotation, rest.translation)
             overlap = max(posture_overlaps(problem, rest.q, pose))
+            torque_use = float((self._torques(rest) / problem.torque_limits).max())
             pushes = np.array([self._pushed(rest, push * way) for way in np.vstack([np.eye(3), -np.eye(3)])])
         return ClosingReport(
             path=self.path,
@@ -197,6 +123,7 @@ class _Run:
             overlap=overlap,
             displacement=displacement,
             rotation=rotation,
+            torque_use=torque_use,
             pushes=pushes,
             push=push,
         )
@@ -287,6 +214,14 @@ class _Run:
             return None
         moved, turned = self._motion(found)
         return found if moved <= MAX_DISPLACEMENT and turned <= MAX_ROTATION else None
+
+    def _torques(self, state: RestState) -> Array:
+        """Return the sizes of the joint torques of the contact forces [N m], of shape (n_q,)."""
+        problem = self.grasp.problem
+        configuration = HandConfiguration(problem.hand, state.q, Pose(state.rotation, state.translation))
+        points = state.centres + problem.radii[:, None] * state.normals
+        jacobian = configuration.contact_jacobian(problem.frames, points)
+        return np.abs(jacobian.T @ state.forces.ravel())
 
     def _motion(self, state: RestState) -> tuple[float, float]:
         """Return how far the object has moved [m] and turned [rad] in a state."""

@@ -116,6 +116,7 @@ class RestSolver:
 
     Attributes:
         left: Evaluations that it may still make.
+        used: Evaluations it has made.
         friction: μ of every contact, 0 without friction, of shape (n_c,).
 
     Args:
@@ -125,7 +126,7 @@ class RestSolver:
 
     def __init__(self, problem: GraspProblem, palm_pose: Pose) -> None:
         self.problem, self.home = problem, palm_pose
-        self.left = 1_000_000
+        self.left, self.used = 1_000_000, 0
         self.friction = problem.friction * problem.contact_model.has_friction
         self._kinematics = HandKinematics(problem.hand, problem.frames)
 
@@ -201,6 +202,7 @@ class RestSolver:
     ) -> tuple[_Place, tuple[Array, Array, Array] | None, float]:
         """Return kinematics, the Newton step (δq, δf, twist of the palm in O) and the largest residual, scaled."""
         self.left -= 1
+        self.used += 1
         place, anchors = self._place(state), conditions.anchors
         m = place.gaps.size * 3
         torques = place.jacobian.reshape(m, -1).T @ state.forces.ravel()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,7 +37,8 @@ class ReferencePath:
     Attributes:
         open: The hand is open.
         touching: The free hand's fingertips are where they touch, as well as the synergies can.
-        squeezing: The plan's own references.
+        squeezing: The plan's own references, or beyond them.
+        factor: How far they go beyond the plan's: from touching this many times as far.
         overlap: Deepest overlap of the open hand with the object or with itself [m].
     """
 
@@ -45,6 +46,12 @@ class ReferencePath:
     touching: Array
     squeezing: Array
     overlap: float = 0.0
+    factor: float = 1.0
+
+    def beyond(self, factor: float) -> ReferencePath:
+        """Return the path that goes on from touching a number of times as far."""
+        squeezing = self.touching + factor * (self.squeezing - self.touching)
+        return replace(self, squeezing=squeezing, factor=factor * self.factor)
 
     def stages(self) -> tuple[tuple[Array, Array], ...]:
         """Return where each stage begins and ends."""

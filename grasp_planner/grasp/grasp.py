@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..closing.closing import ClosingReport, close_grasp
+from ..closing.closing import close_grasp
+from ..closing.report import ClosingReport
 from ..judge.posed_grasp import PosedGrasp
 from ..terms.objective import problem_objective
 from .search_report import IterationRecord as IterationRecord

@@ -150,7 +150,8 @@ class ClosingRecord(Record):
         default=None, description="joints of the open hand to begin with, the palm as planned, rad"
     )
     references: list[list[Number]] | None = Field(
-        default=None, description="synergy coordinates to go through in straight lines: open, touching, the plan's; rad"
+        default=None,
+        description="synergy coordinates to go through, straight, rad: open, touching, the plan's or beyond",
     )
     times: list[Optional] = Field(description="of touches: 0 open, 1 touching references, 2 the plan's; null: none")
     points: list[Vector3] = Field(description="where each finger first touches, in O, m")
@@ -162,6 +163,7 @@ class ClosingRecord(Record):
     overlap: Optional = Field(description="deepest of a link at rest, m; null if the object is lost, as below")
     displacement: Optional = Field(description="of the object at rest, m")
     rotation: Optional = Field(description="of the object at rest, rad")
+    torque_use: Optional = Field(default=None, description="largest share of a joint's torque limit at rest")
     push: Number = Field(description="N")
     pushes: list[Optional] = Field(description="how far a push along +x, +y, +z, −x, −y, −z moves the object, m")
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pinocchio as pin
 
-from ..closing.closing import ClosingReport
+from ..closing.report import ClosingReport
 from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..judge.clearance_check import ClearanceKind, least_distance
@@ -148,6 +148,7 @@ def closing_record(closing: ClosingReport) -> ClosingRecord:
         overlap=finite_or_none(closing.overlap),
         displacement=finite_or_none(closing.displacement),
         rotation=finite_or_none(closing.rotation),
+        torque_use=finite_or_none(closing.torque_use),
         push=closing.push,
         pushes=[finite_or_none(moved) for moved in closing.pushes],
     )
