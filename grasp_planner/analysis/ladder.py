@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..closing.closing import PUSH, ClosingReport, close_grasp
+from ..closing.closing import PUSH, close_grasp
+from ..closing.report import ClosingReport
 from ..grasp.grasp import Grasp
 from ..grasp.verdict import NOTICED_FORCE, NOTICED_OVERLAP
 from ..spatial import Pose

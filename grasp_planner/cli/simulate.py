@@ -14,13 +14,23 @@ from rich.table import Table
 
 from ..exceptions import InvalidValueError
 from ..problem.settings import text_of_numbers
-from ..simulate import PROTOCOLS, Protocol, Simulation, build_scene, find_protocol, simulate_grasp, simulation_json
+from ..simulate import (
+    PROTOCOLS,
+    Protocol,
+    Simulation,
+    build_scene,
+    find_protocol,
+    simulate_grasp,
+    simulation_json,
+    survival,
+)
 from ..simulate.engine import load_mujoco
 from .grasp_file import HAND, opened_grasp
 from .output import check_writable, write_or_print
 
 if TYPE_CHECKING:
     from ..batch import BatchProgress
+    from ..grasp.grasp import Grasp
 
 EXIT_PASSED, EXIT_FAILED, EXIT_INTERRUPTED = 0, 3, 130
 SURFACE_NOTE = 1e-5
@@ -52,6 +62,9 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
 @click.option("--friction", type=float, default=None, help="Coefficient of friction [default: the protocol's].")
 @click.option("--force", type=float, default=None, help="Force of each push [N] [default: the protocol's].")
 @click.option("--ladder/--no-ladder", default=True, show_default=True, help="Look for the load at failure.")
+@click.option(
+    "--errors", "samples", type=click.IntRange(min=1), help="Close with errors, this many samples a row: what survives."
+)
 @click.option("--out", type=click.Path(path_type=Path), help="JSON file; with --run: folder of the results.")
 @click.option("--html", "html_file", type=FILE, help="Write an animation that opens offline.")
 @click.option("--mjcf", "mjcf_file", type=FILE, help="Write the scene as MJCF.")
@@ -68,6 +81,7 @@ def simulate(
     friction: float | None,
     force: float | None,
     ladder: bool,
+    samples: int | None,
     out: Path | None,
     html_file: Path | None,
     mjcf_file: Path | None,
@@ -95,6 +109,8 @@ def simulate(
     console = Console()
     if not grasp.feasible:
         console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
+    if samples is not None:
+        sys.exit(_print_survival(console, grasp, samples))
     if mjcf_file is not None:
         write_or_print(build_scene(grasp, protocol).xml, mjcf_file)
     with console.status("simulating …"):
@@ -155,6 +171,16 @@ def print_simulation(console: Console, found: Simulation) -> None:
         forces.add_row(frame.name, f"{predicted:.3f}", f"{simulated:.3f}", f"{100 * used:.0f} %")
     console.print(forces)
     console.print(_direction_table(found))
+
+
+def _print_survival(console: Console, grasp: Grasp, samples: int) -> int:
+    """Print what of a closing survives errors and return the exit code: passed if it closes as planned."""
+    table = _table("closing around the free object, then pushes", ("off the plan", "survived", "first failure"))
+    rows = survival(grasp, samples=samples)
+    for row in rows:
+        table.add_row(row.name, f"{row.survived} of {row.tried}", row.worst)
+    console.print(table)
+    return EXIT_PASSED if rows[0].survived else EXIT_FAILED
 
 
 def _gate_text(object_overlap: float, self_overlap: float) -> str:

@@ -2,6 +2,8 @@
 
 from .engine import SimulationDependencyError as SimulationDependencyError
 from .gate import GateReport as GateReport
+from .off_plan import Survival as Survival
+from .off_plan import survival as survival
 from .protocol import PROTOCOLS as PROTOCOLS
 from .protocol import Protocol as Protocol
 from .protocol import find_protocol as find_protocol

@@ -54,7 +54,9 @@ def spring_stiffness(problem: GraspProblem) -> Array:
     return np.diag(stiffness) if stiffness.ndim == 1 else stiffness
 
 
-def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[LinkShape]) -> dict[int, Element]:
+def add_hand(
+    world: Element, problem: GraspProblem, root: Any, shapes: Iterable[LinkShape], friction: float = 0.0
+) -> dict[int, Element]:
     """Add the bodies of a hand with its palm fixed.
 
     Args:
@@ -62,6 +64,7 @@ def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[
         problem: The problem, for hand and compliance.
         root: Pose of the root of the URDF in the world, a Pose.
         shapes: Solids that collide, in the frames of their joints.
+        friction: Dry friction of every independent joint [N m].
 
     Returns:
         Body of every joint; 0 is the palm.
@@ -83,6 +86,7 @@ def add_hand(world: Element, problem: GraspProblem, root: Any, shapes: Iterable[
             damping = 2.0 * np.sqrt(stiffness[source] * armature)
             spring = stiffness[source] if alone else 0.0
             attributes = {"stiffness": spring, "springref": mean[source], "damping": damping}
+            attributes |= {"frictionloss": friction} if friction > 0.0 else {}
         else:
             armature *= FOLLOWER_SHARE
         limits = model.lowerPositionLimit[index] - LIMIT_PLAY, model.upperPositionLimit[index] + LIMIT_PLAY

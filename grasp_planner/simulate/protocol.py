@@ -23,7 +23,8 @@ class Protocol:
         start: ``plan``: the hand starts in the planned posture, its references set. ``open``: it starts open and
             closes by moving its references.
         hold_while_closing: Whether the object is held in place until the hand has closed.
-        gravity: Whether the plan's gravity acts on the object.
+        gravity: Whether the plan's gravity acts on the object; around a free object the hand closes without it.
+        joint_friction: Dry friction of every independent joint [N m].
         mass: Mass of the object [kg]; the plan's if None.
         friction: Coefficient of friction; the plan's, of every contact its own, if None.
         torsional_friction: Torsional friction [m]: most torque over normal force; the plan's, μ γ, if None.
@@ -51,6 +52,7 @@ class Protocol:
     start: Start = "plan"
     hold_while_closing: bool = True
     gravity: bool = True
+    joint_friction: float = 0.0
     mass: float | None = None
     friction: float | None = None
     torsional_friction: float | None = None
@@ -81,7 +83,7 @@ class Protocol:
         for name in ("mass", "friction", "torque_arm"):
             if getattr(self, name) is not None:
                 positive(f"protocol {name}", getattr(self, name))
-        for name in ("torsional_friction", "rest_s", "gate"):
+        for name in ("torsional_friction", "rest_s", "gate", "joint_friction"):
             if getattr(self, name) is not None:
                 positive(f"protocol {name}", getattr(self, name), zero_allowed=True)
         for name, allowed in (("start", ("plan", "open")), ("geometry", ("links", "contacts"))):
@@ -121,6 +123,7 @@ DEXGRASPBENCH = Protocol(
 PROTOCOLS = {
     "plan": PLAN,
     "closing": replace(PLAN, name="closing", start="open"),
+    "free": replace(PLAN, name="free", start="open", hold_while_closing=False),
     "dexgraspbench": DEXGRASPBENCH,
     "dexgraspbench-hard": replace(DEXGRASPBENCH, name="dexgraspbench-hard", friction=0.3, torsional_friction=0.002),
 }

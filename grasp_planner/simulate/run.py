@@ -50,6 +50,7 @@ def simulate_grasp(
     ladder: bool = True,
     record: bool = False,
     progress: Callable[[str], None] | None = None,
+    path: ReferencePath | None = None,
 ) -> Simulation:
     """Test a grasp in MuJoCo.
 
@@ -62,6 +63,7 @@ def simulate_grasp(
         ladder: Whether to look for the load at failure in each direction.
         record: Whether to keep frames for an animation.
         progress: Called with what is being done.
+        path: The references the hand closes by, of a grasp planned for other circumstances; the grasp's own if None.
 
     Returns:
         What was found; nothing is simulated if the posture overlaps too much.
@@ -73,7 +75,7 @@ def simulate_grasp(
     tested = squeezed(grasp, squeeze)
     world = World(tested, protocol)
     say = progress or (lambda _: None)
-    path = _path(tested, protocol)
+    path = path or _path(tested, protocol)
     gates = _gates(tested, protocol, path)
     surface_error = world.surface_error()
     rest: RestReport | None = None
@@ -162,12 +164,14 @@ def _rest(world: World, path: ReferencePath | None, recorder: _Recorder) -> Rest
     else:
         world.reset(free_posture(grasp, path.open), path.open)
         world.hold_object(protocol.hold_while_closing)
+        world.weigh(protocol.hold_while_closing)
         recorder.keep()
         for begin, end in path.stages():
             for step in range(1, STAGE_STEPS + 1):
                 world.set_references(begin + step / STAGE_STEPS * (end - begin))
                 recorder.run(protocol.stage_s / STAGE_STEPS)
     world.hold_object(False)
+    world.weigh(True)
     recorder.keep()
     if protocol.rest_s > 0.0:
         recorder.run(max(protocol.rest_s - MEAN_S, protocol.timestep))

@@ -78,7 +78,7 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
         [name for name, piece in zip(object_names, pieces, strict=True) if piece.touched_by in (who, "all")]
         for who in ("tips", "links")
     )
-    bodies = add_hand(world, problem, grasp.configuration.root_pose, solids)
+    bodies = add_hand(world, problem, grasp.configuration.root_pose, solids, protocol.joint_friction)
     for tip in tips:
         add(bodies[tip.joint], "geom", name=f"tip_{tip.name}", type="sphere", pos=tip.centre, size=[tip.radius])
     _add_meshes(assets, solids, pieces)

@@ -89,6 +89,12 @@ class World:
         """Fix the object at its planned pose, or let it go."""
         self.data.eq_active[self._hold] = held
 
+    def weigh(self, weighs: bool) -> None:
+        """Let gravity act, or not."""
+        protocol = self.protocol
+        gravity = self.grasp.problem.parameters.gravity if weighs and protocol.gravity else np.zeros(3)
+        self.model.opt.gravity[:] = gravity
+
     def push(self, wrench: Array) -> None:
         """Apply a wrench to the object at its centre of mass, in world axes [N, N m], until changed."""
         self.data.xfrc_applied[self._object] = wrench

@@ -22,7 +22,7 @@ from ..analysis.ladder import (
     model_rung,
     palm_error,
 )
-from ..closing.closing import ClosingReport
+from ..closing.report import ClosingReport
 from ..grasp.grasp import Grasp
 from .session import Session
 from .text import CARD

@@ -2,14 +2,25 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import grasp_planner as gp
 from grasp_planner.closing.path import free_posture, reference_path
-from grasp_planner.simulate import PROTOCOLS, Protocol, find_protocol, protocol_from, simulate_grasp, simulation_json
+from grasp_planner.simulate import (
+    PROTOCOLS,
+    Protocol,
+    World,
+    find_protocol,
+    protocol_from,
+    simulate_grasp,
+    simulation_json,
+    survival,
+)
 from grasp_planner.simulate.gate import check_posture
+from grasp_planner.simulate.off_plan import Errors, off_plan, resized
 
 
 def test_a_squeezed_grasp_holds(held, tips_only):
@@ -144,3 +155,56 @@ def test_a_simulation_that_diverges_has_lost_the_object_and_leaves_no_log(held, 
         world.run(0.01)
     assert not world.within_limits
     assert not list(tmp_path.iterdir())
+
+
+def test_a_hand_closes_around_a_free_object_that_weighs_once_it_is_closed(held):
+    protocol = replace(find_protocol("free"), geometry="contacts", hold_s=0.2)
+    world = World(held, protocol)
+    world.weigh(False)
+    np.testing.assert_array_equal(world.model.opt.gravity, 0.0)
+    world.weigh(True)
+    np.testing.assert_array_equal(world.model.opt.gravity, held.problem.parameters.gravity)
+    found = simulate_grasp(held, protocol, squeeze=2.0, ladder=False)
+    assert found.rest.held
+    np.testing.assert_allclose(found.rest.forces.sum(axis=0), -held.problem.external_wrench[:3], atol=0.05)
+
+
+def test_dry_friction_of_the_joints_is_in_the_scene(held, tips_only):
+    world = World(held, replace(tips_only, joint_friction=0.01))
+    np.testing.assert_array_equal(np.unique(world.model.dof_frictionloss), [0.0, 0.01])
+    assert (world.model.dof_frictionloss == 0.01).sum() == held.problem.hand.n_joints
+
+
+def test_what_is_off_the_plan_is_off_by_the_errors(held):
+    rng = np.random.default_rng(0)
+    off = off_plan(held, Errors(palm=2e-3, turn_deg=2.0, radius=1e-3), -1.0, rng)
+    assert np.linalg.norm(off.palm_pose.translation - held.palm_pose.translation) == pytest.approx(2e-3)
+    turn = off.palm_pose.rotation @ held.palm_pose.rotation.T
+    assert np.degrees(np.arccos((np.trace(turn) - 1.0) / 2.0)) == pytest.approx(2.0)
+    assert off.problem.grasp_object.radius == pytest.approx(held.problem.grasp_object.radius - 1e-3)
+    same = off_plan(held, Errors(), 1.0, rng)
+    np.testing.assert_allclose(same.palm_pose.rotation, held.palm_pose.rotation, atol=1e-12)
+
+
+def test_a_box_grows_on_both_sides():
+    box = resized(gp.Box(x=0.04, y=0.05, z=0.06), 1e-3)
+    assert (box.x, box.y, box.z) == pytest.approx((0.042, 0.052, 0.062))
+
+
+def test_the_table_of_survival_is_seeded_and_says_what_fails(held, monkeypatch):
+    seen = []
+
+    def tested(grasp, protocol, *, ladder, path):
+        seen.append((grasp.palm_pose.translation.tolist(), protocol.mass, protocol.friction, path))
+        return SimpleNamespace(passed=protocol.friction is None, verdict="failed")
+
+    monkeypatch.setattr("grasp_planner.simulate.off_plan.simulate_grasp", tested)
+    rows = {row.name: row for row in survival(held, seed=3, samples=2)}
+    first = list(seen)
+    assert rows["as planned"].survived == rows["as planned"].tried == 1
+    assert rows["palm 2 mm, 2°"].tried == 2
+    assert (rows["all at once"].survived, rows["all at once"].worst) == (0, "failed")
+    assert all(path is held.closing.path for *_, path in seen)
+    seen.clear()
+    survival(held, seed=3, samples=2)
+    assert [each[0] for each in seen] == [each[0] for each in first]
