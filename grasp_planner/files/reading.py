@@ -7,6 +7,9 @@ from pathlib import Path
 
 from ..exceptions import FileFormatError
 
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb", ".dae")
+"""Formats of meshes that are read, of objects and of links, by file suffix."""
+
 
 def read_bounded(path: Path, max_bytes: int) -> bytes:
     """Return the content of a file, a pipe or a device, if it ends soon enough.

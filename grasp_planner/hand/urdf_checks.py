@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 from pathlib import Path
@@ -10,12 +11,15 @@ import coal
 import numpy as np
 
 from ..exceptions import FileFormatError
+from ..files.reading import MESH_SUFFIXES
 from .urdf_meshes import find_mesh, package_folders
 
 MAX_MESH_BYTES = 100_000_000
 """Most bytes of meshes of a URDF that are read, of one and of all together."""
 MAX_LINKS = 2000
-"""Most links of a URDF that is read."""
+"""Most links, and most joints, of a URDF that is read."""
+MAX_TRIANGLES = 1_000_000
+"""Most triangles of a mesh that a link collides with."""
 USES = ("collision", "visual")
 """Elements of a link that name meshes."""
 
@@ -31,10 +35,11 @@ def parse_robot(path: Path, text: str) -> ET.Element:
         The <robot> element.
 
     Raises:
-        FileFormatError: If it has too many links, is no XML or its root is not <robot>.
+        FileFormatError: If it has too many links or joints, is no XML or its root is not <robot>.
     """
-    if text.count("<link") > MAX_LINKS:
-        raise FileFormatError(path, f"has more than the {MAX_LINKS} links allowed")
+    for tag in ("link", "joint"):
+        if len(re.findall(rf"<{tag}\b", text)) > MAX_LINKS:
+            raise FileFormatError(path, f"has more than the {MAX_LINKS} {tag}s allowed")
     try:
         robot = ET.fromstring(text)
     except ET.ParseError as error:
@@ -81,8 +86,8 @@ def mesh_defects(path: Path, text: str, robot: ET.Element, *, collision_only: bo
             lines.append(f"mesh {name!r} is larger than the {MAX_MESH_BYTES} bytes allowed")
         elif total > MAX_MESH_BYTES:
             return [*lines, f"meshes up to {name!r} are larger than the {MAX_MESH_BYTES} bytes allowed together"]
-        elif name in solid and not _readable(found):
-            lines.append(f"mesh {name!r} is no mesh that can be read")
+        elif name in solid:
+            lines += _solid_defects(name, found)
     return lines
 
 
@@ -142,12 +147,19 @@ def tree_defects(robot: ET.Element) -> list[str]:
     return defects
 
 
-def _readable(path: Path) -> bool:
-    """Return whether coal finds triangles in a mesh file."""
+def _solid_defects(name: str, path: Path) -> list[str]:
+    """Return why a link can't collide with a mesh, one line or none."""
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        return [f"mesh {name!r} is none of {', '.join(MESH_SUFFIXES)}"]
     try:
-        return bool(coal.MeshLoader().load(str(path), np.ones(3)).num_tris > 0)
+        triangles = int(coal.MeshLoader().load(str(path), np.ones(3)).num_tris)
     except Exception:  # Assimp has many ways to fail
-        return False
+        triangles = 0
+    if not triangles:
+        return [f"mesh {name!r} is no mesh that can be read"]
+    if triangles > MAX_TRIANGLES:
+        return [f"mesh {name!r} has {triangles} triangles, more than the {MAX_TRIANGLES} allowed"]
+    return []
 
 
 def finite_or_nan(text: str | None) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..exceptions import FileFormatError
 from ..files.quiet import quiet
-from ..files.reading import read_bounded
+from ..files.reading import MESH_SUFFIXES, read_bounded
 from ..files.text import refuse_entities
 from .holes import thickened
 from .mending import Solid, mended
@@ -28,8 +28,6 @@ MAX_MESH_BYTES = 200_000_000
 """Largest mesh file that is read."""
 MAX_FACES = 2_000_000
 """Most triangles of a mesh."""
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb", ".dae")
-"""Formats that are read, by file suffix."""
 _NO_NUMBER = re.compile(rb"^\s*(?:v|vertex)?\s[^#]*?(?<=\s)([+-]?(?:nan|inf|infinity))(?=\s|$)", re.IGNORECASE)
 MAX_COORDINATE = 1e12
 """Largest coordinate, in the unit of the file."""

@@ -128,6 +128,9 @@ def test_too_many_links_are_refused_before_they_are_parsed(tmp_path, monkeypatch
     monkeypatch.setattr(urdf_checks.ET, "fromstring", lambda text: pytest.fail("parsed"))
     with pytest.raises(gp.FileFormatError, match="more than the 5 links"):
         gp.load_hand(write_hand(tmp_path, "tendon"))
+    joints = '<robot name="many">' + 6 * '<joint\nname="a"/>' + "</robot>"
+    with pytest.raises(gp.FileFormatError, match="more than the 5 joints"):
+        gp.load_hand(write_hand(tmp_path, "tendon", joints))
 
 
 def test_suspicions_are_said(tmp_path):

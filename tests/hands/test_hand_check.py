@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from click.testing import CliRunner
 
 import grasp_planner as gp
@@ -165,6 +166,18 @@ def test_a_huge_collision_mesh(tmp_path, monkeypatch):
     mesh = '<collision><geometry><mesh filename="huge.stl"/></geometry></collision>'
     check = check_hand(write(tmp_path, three_fingers(geometry=mesh)))
     assert check.errors == ("mesh 'huge.stl' is larger than the 99 bytes allowed",)
+
+
+def test_a_collision_mesh_of_too_many_triangles_or_another_format(tmp_path, monkeypatch):
+    trimesh.creation.box((0.01, 0.01, 0.01)).export(tmp_path / "box.stl")
+    text = three_fingers(geometry='<collision><geometry><mesh filename="box.stl"/></geometry></collision>')
+    assert check_hand(write(tmp_path, text)).usable
+    monkeypatch.setattr(urdf_checks, "MAX_TRIANGLES", 11)
+    (line,) = check_hand(write(tmp_path, text)).errors
+    assert line == "mesh 'box.stl' has 12 triangles, more than the 11 allowed"
+    trimesh.creation.box((0.01, 0.01, 0.01)).export(tmp_path / "box.off")
+    (line,) = check_hand(write(tmp_path, text.replace("box.stl", "box.off"))).errors
+    assert line == "mesh 'box.off' is none of .stl, .obj, .ply, .glb, .dae"
 
 
 def test_two_defects_are_both_listed(tmp_path):
