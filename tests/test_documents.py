@@ -148,7 +148,8 @@ def test_descriptions_in_the_guide_are_valid():
 
 def test_specifications_in_the_guide_are_valid(tmp_path):
     batch = pytest.importorskip("grasp_planner.batch")
-    found = [block for page in PAGES for block in blocks(page, "yaml")]
+    # Recipes of Kubernetes have a test of their own.
+    found = [block for page in PAGES for block in blocks(page, "yaml") if "apiVersion:" not in block.text]
     assert found
     for block in found:
         path = tmp_path / "spec.yaml"
