@@ -17,8 +17,9 @@ ELONGATED = 1.3
 """Ratio of half extents from which an object counts as long; it is then grasped across its long axis."""
 
 
-ON_PATCHES = 0.5
-"""Share of random starts that close on a pair of opposed patches, where the object has some."""
+WIDE, ON_PATCHES = 0.05, 0.5
+"""Middle half extent from which a hand does not close on an object as a whole [m], and the share of random starts that
+then close on a pair of opposed patches, where the object has some."""
 APPROACHES, ROOMIEST = 16, 4
 """Pairs, with a direction to come from, that such a start looks at, and of how many with the most room it takes one."""
 PALM_AWAY = 0.08
@@ -75,7 +76,7 @@ def standard_start(problem: GraspProblem) -> GraspStart:
 def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     """Return a random start: the palm somewhere around the object, the posture along the synergies.
 
-    On an object with opposed patches, as meshes have, every other start closes on a pair of these.
+    On a wide object with opposed patches, as meshes have, every other start closes on a pair of these.
 
     Args:
         problem: The problem.
@@ -84,11 +85,11 @@ def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     Returns:
         The start.
     """
+    extents = problem.grasp_object.half_extents
     points, across = problem.grasp_object.opposed_patches()
-    if len(points) and rng.random() < ON_PATCHES:
+    if np.median(extents) > WIDE and len(points) and rng.random() < ON_PATCHES:
         chosen = rng.integers(len(points), size=APPROACHES)
         return _start_on(problem, rng, points[chosen], across[chosen])
-    extents = problem.grasp_object.half_extents
     long_axis = np.eye(3)[int(np.argmax(extents))]
     if extents.max() < ELONGATED * np.median(extents):
         long_axis = _unit(rng.normal(size=3))

@@ -14,7 +14,7 @@ from grasp_planner.planning import starts
 def plate(tmp_path_factory):
     """A plate of 12 mm in the plane of x and y."""
     path = tmp_path_factory.mktemp("patches") / "plate.stl"
-    trimesh.creation.box((0.12, 0.1, 0.012)).export(path)
+    trimesh.creation.box((0.14, 0.12, 0.012)).export(path)
     return gp.MeshObject.load(path, resolution=0.002)
 
 
@@ -24,14 +24,22 @@ def test_patches_of_a_plate_are_its_faces(plate):
     assert len(points) > 100
     assert np.abs(across[:, 2]).min() > 0.9
     np.testing.assert_allclose(points[:, 2], 0.0, atol=1e-6)
-    assert (np.abs(points[:, :2]) < [0.058, 0.048]).all()
+    assert (np.abs(points[:, :2]) < [0.068, 0.058]).all()
 
 
 def test_patches_follow_the_size(plate):
     """A plate twice as large has patches of its own, and closed forms have none."""
     points, _ = plate.resized(2.0).opposed_patches()
-    assert np.abs(points[:, 0]).max() > 0.07
+    assert np.abs(points[:, 0]).max() > 0.08
     assert len(gp.Box().opposed_patches()[0]) == 0
+
+
+def test_narrow_objects_are_grasped_as_a_whole(plate, monkeypatch):
+    """Their starts are the same whether they have patches or not."""
+    problem = gp.GraspProblem(gp.load_hand("dlr_hit_ii_right"), plate.resized(0.5))
+    first = gp.random_start(problem, np.random.default_rng(0))
+    monkeypatch.setattr(starts, "ON_PATCHES", 0.0)
+    assert gp.random_start(problem, np.random.default_rng(0)) == first
 
 
 def test_starts_close_on_patches(plate, monkeypatch):
