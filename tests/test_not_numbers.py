@@ -68,6 +68,7 @@ STAINS = {
     "surface": lambda grasp: contacts_with_nan(grasp, "gaps"),
     "region": lambda grasp: contacts_with_nan(grasp, "points"),
     "tip_patch": lambda grasp: contacts_with_nan(grasp, "normals"),
+    "contact_off_link": lambda grasp: contacts_with_nan(grasp, "normals"),
     "tangency": lambda grasp: {"contacts": replace(grasp.contacts, normals=np.full((5, 3), NAN))},
     "edge": lambda grasp: {"surface_contacts": replace(grasp.contacts, points=last_nan(grasp.contacts.points))},
     "friction": lambda grasp: {"friction_margins": last_nan(grasp.friction_margins)},

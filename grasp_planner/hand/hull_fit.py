@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -100,6 +101,16 @@ def point_distance(geometry: Any, point: Array) -> float:
     request.enable_signed_distance = True
     ball, place = coal.Sphere(POINT), coal.Transform3s(np.eye(3), np.asarray(point, dtype=float))
     return float(coal.distance(geometry, coal.Transform3s(), ball, place, request, result)) + POINT
+
+
+def surface_distance(geometries: Iterable[Any], point: Array) -> float:
+    """Return how far a point is from the nearest surface of geometries [m].
+
+    Args:
+        geometries: Entries of a Pinocchio geometry model that one joint carries, at least one.
+        point: The point in the frame of the joint [m].
+    """
+    return min(abs(point_distance(entry.geometry, entry.placement.actInv(point))) for entry in geometries)
 
 
 POINT = 1e-9

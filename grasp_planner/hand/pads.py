@@ -7,7 +7,6 @@ range, a patch, is as wide as the surface allows: fingertips are often round abo
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +21,7 @@ from .contact_frame import SKIN
 from .description import PatchDescription
 from .fingers import Finger
 from .fingertips import Fingertip, round_fingertip, rounded
-from .hull_fit import point_distance
+from .hull_fit import surface_distance
 
 TILTS = tuple(range(0, 80, 10))
 """Angles of a patch's middle from the direction that closes towards the finger's end [degrees]."""
@@ -126,16 +125,6 @@ def _axes(closing: Closing, index: int, back: Array, points: Array) -> list[Arra
     own = back @ closing.motion.axes(closing.posture(closing.holding))[finger.joint - 1]
     others = (own, *np.linalg.eigh(spread.T @ spread)[1].T)
     return [flexion, *(axis * np.sign(axis @ flexion) for axis in others if abs(axis @ flexion) > ALIKE)]
-
-
-def surface_distance(geometries: Iterable[Any], point: Array) -> float:
-    """Return how far a point is from the nearest surface of geometries [m].
-
-    Args:
-        geometries: Entries of a Pinocchio geometry model that one joint carries.
-        point: The point in the frame of the joint [m].
-    """
-    return min(abs(point_distance(entry.geometry, entry.placement.actInv(point))) for entry in geometries)
 
 
 def _halves(points: Array, axis: Array) -> tuple[Array, Array]:

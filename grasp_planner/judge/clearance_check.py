@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import coal
 import numpy as np
@@ -16,7 +16,9 @@ import numpy as np
 from ..collision.coal_distances import signed_distance
 from ..collision.link_shapes import inner_axes, link_shapes
 from ..hand.configuration import HandConfiguration
-from ..hand.contact_frame import SKIN, ContactPatch
+from ..hand.contact_frame import SKIN, ContactFrame, ContactPatch
+from ..hand.hand import Hand
+from ..hand.hull_fit import point_distance
 from ..problem.problem import GraspProblem
 from ..problem.term import above_zero
 from ..spatial import Array, Pose
@@ -143,6 +145,42 @@ def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: Pose, normals:
         elif frame.joint_id not in inner and length > 1e-6:
             worst = np.maximum(worst, -float(normal @ axis) / length)
     return float(worst)
+
+
+def contact_off_link(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
+    """Return how far the farthest contact lies in the air off the exact geometry of its link, beyond the skin [m].
+
+    A contact is where its ball, or patch, touches: a radius from its centre along the normal. Point fingertips lie
+    inside their links and do not count; inside of a solid a contact is not in the air.
+
+    Args:
+        problem: Hand and contact set.
+        q: Independent joint angles [rad], of shape (n_q,).
+        palm_in_object: Pose of the palm frame in O.
+        normals: Contact normals into the object, in O, of shape (n_c, 3).
+    """
+    configuration = HandConfiguration(problem.hand, q, palm_in_object)
+    centres, poses, worst = configuration.contact_centres(problem.frames), configuration.joint_poses, 0.0
+    for frame, centre, normal in zip(problem.frames, centres, normals, strict=True):
+        solids = touching_solids(problem.hand, frame)
+        if not solids:
+            continue
+        pose = poses[frame.joint_id]
+        touch = pose.rotation.T @ (centre + frame.radius * normal - pose.translation)
+        gaps = [_gap(entry.geometry, np.array(entry.placement.actInv(touch))) for entry in solids]
+        worst = np.maximum(worst, np.min(gaps) - SKIN)
+    return above_zero(worst)
+
+
+def touching_solids(hand: Hand, frame: ContactFrame) -> list[Any]:
+    """Return the collision geometries of the link that a contact with a radius belongs to; none of a point's."""
+    entries = hand.collision_model.geometryObjects
+    return [entry for entry in entries if int(entry.parentJoint) == frame.joint_id and frame.radius > 0.0]
+
+
+def _gap(geometry: Any, point: Array) -> float:
+    """Return the distance of a point in the frame of a geometry from it [m]; NaN if it is not a number."""
+    return point_distance(geometry, point) if np.isfinite(point).all() else float("nan")
 
 
 def _beyond(patch: ContactPatch, normal: Array) -> float:

@@ -74,6 +74,7 @@ BUILT_IN_CONSTRAINTS = (
     "self_collision",
     "ground",
     "tip_patch",
+    "contact_off_link",
     "tangency",
     "edge",
     "abduction_order",

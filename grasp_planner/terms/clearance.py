@@ -7,10 +7,17 @@ from abc import abstractmethod
 from ..collision.link_shapes import inner_axes, link_shapes
 from ..evaluation.clearance import ClearanceState
 from ..evaluation.state import GraspState
-from ..judge.clearance_check import joint_centre_depth, penetration, side_tilt, tip_overhang
+from ..judge.clearance_check import (
+    contact_off_link,
+    joint_centre_depth,
+    penetration,
+    side_tilt,
+    tip_overhang,
+    touching_solids,
+)
 from ..judge.posed_grasp import PosedGrasp
 from ..problem.problem import GraspProblem
-from ..problem.term import METRE, ONE, Constraint
+from ..problem.term import METRE, ONE, Constraint, Requirement
 from ..spatial import Array
 from .padding import padded
 
@@ -126,6 +133,22 @@ class TipPatch(_Selected):
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the largest −n·a."""
         return tip_overhang(grasp.problem, grasp.joint_angles, grasp.palm_pose, grasp.contacts.normals)
+
+
+class ContactOffLink(Requirement):
+    """Contacts lie on the surface of their links, not in the air in front of them."""
+
+    name, unit = "contact_off_link", METRE
+
+    def wanted(self, problem: GraspProblem) -> bool:
+        """Return whether links keep clear by their geometry and one that touches with a radius has one."""
+        if problem.clearance.link_object != "geometry":
+            return False
+        return any(touching_solids(problem.hand, frame) for frame in problem.frames)
+
+    def violation(self, grasp: PosedGrasp) -> float:
+        """Return the largest distance off a link, beyond the skin."""
+        return contact_off_link(grasp.problem, grasp.joint_angles, grasp.palm_pose, grasp.contacts.normals)
 
 
 class Tangency(_Selected):

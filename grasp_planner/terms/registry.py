@@ -13,6 +13,7 @@ from ..problem.problem import GraspProblem
 from ..problem.term import Constraint, Requirement, own_costs
 from ..spatial import Array
 from .clearance import (
+    ContactOffLink,
     GroundClearance,
     JointCentreClearance,
     LinkObjectClearance,
@@ -41,6 +42,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     SelfClearance(),
     GroundClearance(),
     TipPatch(),
+    ContactOffLink(),
     Tangency(),
     EdgeDistance(),
     AbductionOrder(),

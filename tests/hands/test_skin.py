@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import coal
 import numpy as np
 import pytest
@@ -11,10 +13,11 @@ import grasp_planner as gp
 from grasp_planner.evaluation.state import StateEvaluator
 from grasp_planner.hand.configuration import HandConfiguration
 from grasp_planner.hand.contact_frame import SKIN
-from grasp_planner.hand.hull_fit import directions, fit_hull, point_distance
-from grasp_planner.hand.pads import surface_distance
-from grasp_planner.judge.clearance_check import tip_overhang
+from grasp_planner.hand.hull_fit import directions, fit_hull, point_distance, surface_distance
+from grasp_planner.judge.clearance_check import contact_off_link, tip_overhang
 from grasp_planner.planning.starts import random_start
+from grasp_planner.spatial import Pose
+from grasp_planner.terms.registry import judged_requirements
 
 from .small_hands import write_hand
 
@@ -105,3 +108,26 @@ def test_search_and_judge_agree_when_a_normal_leaves_its_patch(hand):
             seen.append(bool((walls >= 0.0).all()))
             assert seen[-1] == (tip_overhang(problem, q, palm, normals) < 1e-12)
     assert 5 < sum(seen) < 175
+
+
+@pytest.mark.parametrize("off", (0.0, 1e-4, 3.2e-3, 0.01))
+def test_a_contact_in_the_air_is_a_violation(hand, off):
+    """A ball that is larger than the finger touches in front of it: by so much, less the skin."""
+    sets = hand.description.contact_sets
+    thumb = sets["sphere"]["thumb"]
+    grown = {**sets["sphere"], "thumb": thumb.model_copy(update={"radius": thumb.radius + off})}
+    description = hand.description.model_copy(update={"contact_sets": {"sphere": grown}})
+    problem = gp.GraspProblem(replace(hand, description=description), gp.parse_object("sphere:radius=0.03"))
+    q = problem.synergies.mean
+    root = HandConfiguration(hand, q).joint_poses
+    normals = np.array([root[frame.joint_id].rotation @ frame.patch.normal for frame in problem.frames])
+    found = contact_off_link(problem, q, Pose.identity(), normals)
+    assert found == pytest.approx(max(0.0, off - SKIN), abs=SKIN)
+    assert (found > 0.0) == (off > 1e-3)
+
+
+def test_contacts_on_links_are_asked_for_where_links_keep_clear(hand):
+    problem = gp.GraspProblem(hand, gp.parse_object("sphere:radius=0.03"))
+    assert "contact_off_link" in {term.name for term in judged_requirements(problem)}
+    paper = gp.GraspProblem.paper(hand, gp.parse_object("sphere:radius=0.03"))
+    assert "contact_off_link" not in {term.name for term in judged_requirements(paper)}
