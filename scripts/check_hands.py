@@ -8,10 +8,12 @@ Nothing is edited by hand and every option is the default; the object is a cylin
 from __future__ import annotations
 
 import argparse
+import contextlib
 import multiprocessing
 import tempfile
 import time
 from pathlib import Path
+from queue import Empty
 
 import numpy as np
 
@@ -21,7 +23,19 @@ from grasp_planner.records.grasp_files import grasp_json, read_grasp_record
 from grasp_planner.records.grasp_record import grasp_from_record
 from grasp_planner.simulate.run import simulate_grasp
 
-COLUMNS = ("hand", "check", "load", "motors", "plan", "clear", "pushes held", "reopened", "CPU s", "what fails")
+COLUMNS = (
+    "hand",
+    "check",
+    "load",
+    "joints",
+    "synergies",
+    "plan",
+    "clear",
+    "pushes held",
+    "reopened",
+    "CPU s",
+    "what fails",
+)
 STARTS = 12
 
 
@@ -45,10 +59,11 @@ def tried(path: Path, queue: multiprocessing.Queue[dict[str, str]]) -> None:
         check = check_hand(path)
         say(check="yes" if check.usable else "no", what_fails="; ".join(check.errors))
         hand = gp.load_hand(path)
-        say(load="yes", motors=str(hand.n_joints), what_fails="plan: no time left")
+        say(load="yes", joints=str(hand.n_joints), what_fails="plan: no time left")
         problem = gp.GraspProblem(hand, gp.parse_object(object_for(hand)))
+        say(synergies=str(problem.n_synergies))
         grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=STARTS, enough=1))
-        clear = all(pair.distance > -1e-4 for pair in grasp.clearances if not pair.exempt)
+        clear = all(pair.distance > -pair.tolerated - 1e-6 for pair in grasp.clearances if not pair.exempt)
         fails = "" if grasp.feasible else str(grasp.verdict)
         say(plan="yes" if grasp.feasible else "no", clear="yes" if clear else "no", what_fails=fails)
         with tempfile.TemporaryDirectory() as folder:
@@ -69,13 +84,17 @@ def row_of(path: Path, seconds: float) -> dict[str, str]:
     queue: multiprocessing.Queue[dict[str, str]] = context.Queue()
     process = context.Process(target=tried, args=(path, queue))
     process.start()
-    process.join(seconds)
+    row = dict.fromkeys(COLUMNS, "–") | {"hand": path.stem, "what fails": "no answer in time"}
+    end = time.monotonic() + seconds
+    while process.is_alive() and time.monotonic() < end:
+        with contextlib.suppress(Empty):
+            row = queue.get(timeout=0.5)
     if process.is_alive():
         process.terminate()
-        process.join()
-    row = dict.fromkeys(COLUMNS, "–") | {"hand": path.stem, "what fails": "no answer in time"}
-    while not queue.empty():
-        row = queue.get()
+    process.join()
+    with contextlib.suppress(Empty):
+        while True:
+            row = queue.get(timeout=0.5)  # what it said last may still be on its way
     return row
 
 

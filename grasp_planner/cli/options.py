@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import click
 
 from ..exceptions import InvalidValueError
-from ..hand.loading import load_hand
+from ..hand.loading import hand_and_findings
 from ..model.task_direction import parse_task
 from ..objects import parse_object
 from ..problem.clearance_options import CLEARANCES
@@ -16,6 +16,7 @@ from ..problem.from_settings import PROBLEM_SETTINGS, options_from_settings, pro
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..problem.settings import settings_of
+from .hand import locked_joints
 from .settings import given_settings, setting_options
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -32,6 +33,12 @@ GRASP_OPTIONS = (
         default="dlr_hit_ii_right",
         show_default=True,
         help="Hand by name, or a description file (TOML) or a URDF.",
+    ),
+    click.option(
+        "--lock",
+        "locks",
+        multiple=True,
+        help="Fix a joint of the hand's URDF: NAME=VALUE in rad or m. Repeatable.",
     ),
     click.option(
         "--object",
@@ -92,6 +99,7 @@ def search_options(command: Command) -> Command:
 def problem_from_options(
     *,
     hand: str,
+    locks: tuple[str, ...] = (),
     object_text: str,
     tasks: tuple[str, ...],
     paper: bool,
@@ -99,15 +107,18 @@ def problem_from_options(
     loads: bool | None,
     **settings: Any,
 ) -> GraspProblem:
-    """Return the problem of command-line options.
+    """Return the problem of command-line options; what was repaired or derived of a hand goes to standard error.
 
     Raises:
         GraspPlannerError: If a value is out of range or a name does not exist.
     """
     given = given_settings(settings, PROBLEM_SETTINGS.values())
     given |= {name: value for name, value in (("clearance", clearance), ("loads", loads)) if value is not None}
+    loaded, findings = hand_and_findings(hand, locked_joints(locks))
+    for line in findings:
+        click.echo(line, err=True)
     return problem_from_settings(
-        load_hand(hand), parse_object(object_text), tuple(parse_task(text) for text in tasks), given, paper=paper
+        loaded, parse_object(object_text), tuple(parse_task(text) for text in tasks), given, paper=paper
     )
 
 

@@ -40,13 +40,40 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right", locked: Mapping[str
         FileFormatError: If the description or the URDF is malformed.
         InvalidValueError: If joint limits or the coupling are unusable.
     """
+    return hand_and_findings(name_or_path, locked)[0]
+
+
+def hand_and_findings(
+    name_or_path: str | Path, locked: Mapping[str, float] | None = None
+) -> tuple[Hand, tuple[str, ...]]:
+    """Load a hand and say what was repaired and derived.
+
+    Args:
+        name_or_path: As in :func:`load_hand`.
+        locked: As there.
+
+    Returns:
+        The hand, and one line for each repair and each fact that was derived from a plain URDF; no line where a
+        description was read.
+
+    Raises:
+        NameNotFoundError, FileFormatError, InvalidValueError: As there.
+    """
     path = find_hand(name_or_path)
     if path.suffix.lower() in URDF_ENDINGS:
-        urdf, derived = derived_hand(repaired_urdf(path, locked or {}, find_palm=True))
-        return hand_of(derived.description, urdf, path)
+        robot = repaired_urdf(path, locked or {}, find_palm=True)
+        urdf, derived = derived_hand(robot)
+        palm, fingers = derived.description.palm, ", ".join(finger.name for finger in derived.fingers)
+        facts = (
+            f"fingers: {fingers}",
+            f"palm {palm.link}: normal {list(palm.normal)}, closing axis {list(palm.closing_axis)}",
+            *derived.said,
+        )
+        lines = (*(f"repair: {line}" for line in robot.repairs), *(f"derived: {line}" for line in facts))
+        return hand_of(derived.description, urdf, path), lines
     description = read_hand_description(path)
     file = find_robot_file(description.urdf, path.parent)
-    return hand_of(description, read_urdf(file, description.locked | dict(locked or {})), path)
+    return hand_of(description, read_urdf(file, description.locked | dict(locked or {})), path), ()
 
 
 def hand_of(description: HandDescription, urdf: UrdfFile, path: Path) -> Hand:

@@ -15,6 +15,7 @@ from grasp_planner.hand.check import check_hand
 from grasp_planner.hand.description import read_hand_description
 from grasp_planner.hand.kinematics import HandKinematics
 from grasp_planner.hand.proposal import description_text, proposed_description
+from grasp_planner.records.grasp_record import grasp_from_record, read_grasp_record
 
 from .small_hands import HANDS, urdf_text, write_hand
 
@@ -161,3 +162,16 @@ def test_lock_on_the_command_line(tmp_path):
     assert result.exit_code == 0 and "repair: joint 'wrist' is locked at 0.3 rad" in result.output
     assert gp.load_hand(toml).description.locked["wrist"] == 0.3
     assert CliRunner().invoke(main, [*arguments, "--lock", "wrist", "--force"]).exit_code == 1
+
+
+def test_plan_locks_joints_and_says_what_it_found(tmp_path):
+    """Repairs and derived facts stand once on standard error; the grasp's file remembers the locked joint."""
+    hand, file = str(write_hand(tmp_path, "wrist_and_arm")), tmp_path / "grasp.json"
+    arguments = ["plan", "--hand", hand, "--starts", "1", "--max-iterations", "1", "--quiet", "--no-explain"]
+    result = CliRunner().invoke(main, [*arguments, "--lock", "wrist=0.3", "--json", str(file)])
+    assert result.exit_code in (0, 3)
+    assert result.stderr.count("repair: joint 'wrist' is locked at 0.3 rad") == 1
+    assert "derived: palm palm: normal" in result.stderr and "derived: finger" in result.stderr
+    assert grasp_from_record(read_grasp_record(file)).problem.hand.description.locked["wrist"] == 0.3
+    wrong = CliRunner().invoke(main, [*arguments, "--lock", "wrist"])
+    assert wrong.exit_code == 2 and "NAME=VALUE" in wrong.output
