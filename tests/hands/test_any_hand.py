@@ -15,7 +15,8 @@ from grasp_planner.hand.check import check_hand
 from grasp_planner.hand.description import read_hand_description
 from grasp_planner.hand.kinematics import HandKinematics
 from grasp_planner.hand.proposal import description_text, proposed_description
-from grasp_planner.records.grasp_record import grasp_from_record, read_grasp_record
+from grasp_planner.records.grasp_files import read_grasp_record
+from grasp_planner.records.grasp_record import grasp_from_record
 
 from .small_hands import HANDS, urdf_text, write_hand
 
