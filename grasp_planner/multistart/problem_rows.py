@@ -6,6 +6,7 @@ import numpy as np
 
 from ..evaluation.edge_reserve import edge_reserve, edge_reserve_slope, edges_count
 from ..model.compliance import bent, softened
+from ..problem.cone_reserve import cone_reserve
 from ..problem.problem import GraspProblem
 from ..problem.tendon_drive import driving_tendons, tension_map
 from ..problem.term import METRE, NEWTON, NEWTON_METRE, ONE, RADIAN, Unit
@@ -73,7 +74,7 @@ class BatchedProblem:
             *self._springs(contacts),
             Rows("equilibrium_force", contacts.balance[:, :3], contacts.d_balance[:, :3], equality=True),
             Rows("equilibrium_moment", contacts.balance[:, 3:], contacts.d_balance[:, 3:], equality=True),
-            Rows("friction", *contacts.cone_margins(problem.friction)),
+            Rows("friction", *contacts.cone_margins(problem.friction - cone_reserve(problem))),
             *self._region(contacts),
             *self._edge(contacts),
         ]

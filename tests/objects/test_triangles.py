@@ -17,6 +17,7 @@ from grasp_planner.objects import triangles
 from grasp_planner.objects.distance_grid import build_distance_grid
 from grasp_planner.objects.triangles import exact_distance, nearest_points, normal_spread
 from grasp_planner.planning.program import GraspProgram
+from grasp_planner.problem.cone_reserve import NORMAL_ERROR, cone_reserve
 from grasp_planner.spatial import Pose
 from grasp_planner.terms.edge import EdgeDistance
 from grasp_planner.terms.friction import FrictionCone
@@ -191,3 +192,17 @@ def test_forces_have_to_stay_in_the_cones_of_the_triangles(bracket_problem):
     assert FrictionCone().violation(grasp) == pytest.approx(np.sin(1.0) - friction * np.cos(1.0))
     grasp.problem = gp.GraspProblem.paper(bracket_problem.hand, bracket_problem.grasp_object)
     assert FrictionCone().violation(grasp) == 0.0
+
+
+def test_the_search_keeps_off_the_cone_what_a_true_normal_may_take(bracket_problem, right):
+    """A force at the edge of the narrowed cone stays in the cone about any normal within the stated error."""
+    reserve = cone_reserve(bracket_problem)
+    plain = replace(bracket_problem, clearance=gp.ClearanceOptions.off())
+    assert (cone_reserve(plain) == 0.0).all()
+    assert (cone_reserve(gp.GraspProblem(right, gp.Sphere(radius=0.035))) == 0.0).all()
+    for mu, less in zip(bracket_problem.friction, reserve, strict=True):
+        force = np.array([mu - less, 0.0, 1.0])
+        turned = np.array([-np.sin(NORMAL_ERROR), 0.0, np.cos(NORMAL_ERROR)])
+        along = force @ turned
+        assert mu * along - np.linalg.norm(force - along * turned) >= -1e-4 * NORMAL_ERROR
+        assert less < 2.0 * NORMAL_ERROR * (1.0 + mu**2)
