@@ -40,13 +40,13 @@ class Mutation:
 MUTATIONS = (
     Mutation("terms/posture.py", "np.maximum(hand.lower - q, q - hand.upper)", "np.maximum(q - hand.upper, 0.0)"),
     Mutation("terms/posture.py", "np.maximum(hand.lower - q, q - hand.upper)", "np.maximum(hand.lower - q, 0.0)"),
-    Mutation("terms/posture.py", "reference_joint_angles + bent", "reference_joint_angles - bent"),
+    Mutation("terms/posture.py", "reference_joint_angles + yielded", "reference_joint_angles - yielded"),
     Mutation("terms/posture.py", "-(grasp.problem.abduction_differences", "(grasp.problem.abduction_differences"),
     Mutation("terms/equilibrium.py", "_imbalance(grasp)[:3]", "_imbalance(grasp)[:2]"),
     Mutation("terms/equilibrium.py", "_imbalance(grasp)[3:]", "_imbalance(grasp)[4:]"),
     Mutation("terms/contact.py", "np.abs(grasp.contacts.gaps).max()", "np.maximum(grasp.contacts.gaps, 0.0).max()"),
     Mutation("terms/contact.py", "-margins.min(initial=0.0)", "-margins.max(initial=0.0)"),
-    Mutation("terms/friction.py", "-grasp.friction_margins.min()", "-grasp.friction_margins.max()"),
+    Mutation("terms/friction.py", "grasp.friction_margins.min()", "grasp.friction_margins.max()"),
     Mutation("terms/loads.py", "-grasp.load_check.friction)", "-grasp.load_check.friction - 1.0)"),
     Mutation("terms/loads.py", "grasp.load_check.largest_normal - ", "grasp.load_check.least_normal - "),
     Mutation("terms/clearance.py", 'return penetration(grasp.clearances, "self_collision")', "return 0.0"),
@@ -75,8 +75,8 @@ MUTATIONS = (
     Mutation("problem/problem.py", "-= order.sign", "+= order.sign", (*JUDGE, "tests/test_clearance.py")),
     Mutation(
         "model/compliance.py",
-        "np.diag(c_s) + (jacobian * c_q)",
-        "(jacobian * c_q)",
+        "np.diag(c_s) + softened(jacobian, joint)",
+        "softened(jacobian, joint)",
         (*JUDGE, "tests/test_compliance.py"),
     ),
     Mutation(
@@ -100,8 +100,8 @@ MUTATIONS = (
     ),
     Mutation(
         "model/force_closure.py",
-        "-math.inf if solution is None else float(solution[-1])",
-        "1.0",
+        "return float(found[-1]), -np.outer",
+        "return 1.0, -np.outer",
         (*JUDGE, "tests/test_force_closure.py"),
     ),
     Mutation(

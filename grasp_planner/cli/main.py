@@ -32,7 +32,11 @@ COMMANDS = {
         "Plan anew from a grasp, within a budget of grasping force, so that it withstands more.",
     ),
     "view": (".view", "view", "Open the interactive viewer in the browser."),
-    "export": (".view", "export", "Write the grasp of the file RESULT as one web page that opens offline."),
+    "export": (
+        ".view",
+        "export",
+        "Write the grasp of the file RESULT as one web page that opens offline, or as a film of its closing.",
+    ),
     "reproduce": (
         ".reproduce",
         "reproduce",

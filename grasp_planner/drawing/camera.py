@@ -14,6 +14,10 @@ from .view import fitted
 
 FIELD_OF_VIEW = 0.7
 """Vertical field of view of the camera [rad]."""
+ASPECT = 0.85
+"""Width over height that everything fits into: of a small window beside the panel."""
+TASK_REACH = 1.12
+"""How far the ball at the tip of the task's arrow reaches, as a share of its length."""
 AZIMUTHS, ELEVATIONS = 24, (0.2, 0.4, 0.6)
 OWN_LINK = 0.014
 """Surface this near to a contact is the fingertip itself and hides nothing [m]."""
@@ -33,7 +37,7 @@ def good_view(grasp: Grasp) -> tuple[Array, Array]:
     cloud = _surface(grasp)
     extents = grasp.problem.grasp_object.half_extents
     box = np.array(list(product((-1.0, 1.0), repeat=3))) * extents
-    corners = np.vstack([cloud, box, TASK_LENGTH * _task_direction(grasp)])
+    corners = np.vstack([cloud, box, TASK_REACH * TASK_LENGTH * _task_direction(grasp)])
     target = 0.5 * grasp.contacts.points.mean(axis=0) + 0.25 * (corners.min(axis=0) + corners.max(axis=0))
     reach = float(np.linalg.norm(cloud - target, axis=1).max())
     distance = 0.92 * reach / np.tan(FIELD_OF_VIEW / 2.0)
@@ -43,7 +47,7 @@ def good_view(grasp: Grasp) -> tuple[Array, Array]:
         for turn in np.linspace(0.0, 2.0 * np.pi, AZIMUTHS, endpoint=False)
     ]
     scores = [_score(grasp, target + distance * direction, cloud) for direction in candidates]
-    return fitted(corners, candidates[int(np.argmax(scores))], FIELD_OF_VIEW, 1.0)
+    return fitted(corners, candidates[int(np.argmax(scores))], FIELD_OF_VIEW, ASPECT)
 
 
 def _score(grasp: Grasp, eye: Array, cloud: Array) -> float:

@@ -44,8 +44,8 @@ def save_film(grasp: Grasp, postures: Sequence[Array] | Array, path: Path) -> No
     frames = [render([*hand, body, floor], view) for hand in hands]
     frames.append(render([*(solid for solid in end.solids if not solid.floor), floor], view))
     images = [Image.fromarray(np.asarray(frame)).quantize(COLOURS, dither=Image.Dither.NONE) for frame in frames]
-    content = io.BytesIO()
+    buffer = io.BytesIO()
     pauses = [FRAME_MS] * len(postures) + [REST_MS]
-    images[0].save(content, "GIF", save_all=True, append_images=images[1:], duration=pauses, loop=0, optimize=True)
+    images[0].save(buffer, "GIF", save_all=True, append_images=images[1:], duration=pauses, loop=0, optimize=True)
     with replacing(path) as file:
-        file.write(content.getvalue())
+        file.write(buffer.getvalue())

@@ -63,22 +63,19 @@ def test_committed_files_are_what_the_script_writes():
 
 
 @pytest.mark.slow
-def test_it_plans_with_defaults_and_closes(hand):
-    """One synergy, clear links, load cases: feasible, by a tension within limits; pushed and closed in simulation."""
+def test_it_plans_with_defaults_and_holds(hand):
+    """One synergy, clear links, load cases: feasible, by a tension within limits; pushed in simulation."""
     problem = gp.GraspProblem(hand, gp.Cylinder(radius=0.025, mass=0.1))
-    grasp = gp.plan_grasp(problem)
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
     assert grasp.feasible, grasp.verdict
     tension = float(grasp.sigma[0] / hand.tendons.scales(problem.joint_compliance)[0])
     assert 0.0 < tension < 200.0
     # The tendon and the contacts hold the springs in balance.
     pulled = hand.tendons.arms[0] * tension - grasp.joint_torques
     np.testing.assert_allclose(grasp.joint_angles, problem.joint_compliance * pulled, atol=1e-6)
-    assert grasp.closing.holds, grasp.closing.text
     pytest.importorskip("mujoco")
     from grasp_planner.simulate import find_protocol, simulate_grasp
 
-    for protocol in ("plan", "closing"):
-        found = simulate_grasp(grasp, find_protocol(protocol), ladder=False)
-        assert found.rest.held, protocol
-        if protocol == "plan":
-            np.testing.assert_allclose(found.rest.normal_forces, grasp.normal_forces, rtol=0.01)
+    found = simulate_grasp(grasp, find_protocol("plan"), ladder=False)
+    assert found.rest.held
+    np.testing.assert_allclose(found.rest.normal_forces, grasp.normal_forces, rtol=0.01)

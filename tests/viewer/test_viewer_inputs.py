@@ -142,11 +142,11 @@ PROBLEMS = dict(problems())
 def test_command_and_python_plan_the_very_problem(name, monkeypatch):
     problem, planned = PROBLEMS[name], []
 
-    def keep(found, **_):
+    def keep(found, count, **_):
         planned.append(found)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(plan_command, "plan_grasp", keep)
+    monkeypatch.setattr(plan_command, "plan_grasps", keep)
     words = shlex.split(command_text(problem))
     assert words[0] == "grasp-planner"
     result = CliRunner().invoke(main, words[1:])
