@@ -85,7 +85,7 @@ def test_every_hand_takes_every_shape_and_each_of_its_contact_sets(viewer):
         viewer.problem.kind.value = kind
         viewer.problem.hand.value = name
         problem = settled(viewer)
-        assert (problem.hand.name, problem.grasp_object.kind) == (name, kind)
+        assert (problem.hand.name, problem.grasp_object.kind) == (name, kind), viewer.share.last_error
         assert (viewer.problem.hand.value, viewer.problem.kind.value) == (name, kind), "shown is used"
         assert not viewer.share.last_error
     for name in hand_library():

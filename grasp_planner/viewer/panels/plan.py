@@ -12,8 +12,8 @@ from ...grasp.grasp import IterationRecord
 from ...problem.search_options import PlannerOptions
 from ..presets import paper_presets
 from ..session import Session
-from .problem import log10
 from .settings import SettingsPanel
+from .widgets import log10
 
 POINTS = 400
 """Most points of a progress curve."""

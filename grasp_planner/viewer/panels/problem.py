@@ -22,8 +22,10 @@ from ...problem.parameters import PAPER_WEIGHTS, GraspParameters
 from ...problem.problem import MOTION_SYNERGIES, GraspProblem, default_synergies
 from ..session import Session
 from .settings import SettingsPanel
-from .widgets import Pause, TextField, set_value
+from .widgets import Pause, TextField, log10, set_value
 
+PICKED = ("hand", "kind")
+"""Choices that change much and take long, so that another may be made meanwhile."""
 AXES = ("+x", "−x", "+y", "−y", "+z", "−z")
 
 
@@ -40,6 +42,7 @@ class ProblemPanel:
         self.typed = Pause(changed)
         self.notes: list[str] = []
         self._synced: dict[str, Any] = {}
+        self._forced = False
         with gui.add_folder("Task"):
             self._add_task()
         with gui.add_folder("Object"):
@@ -141,7 +144,7 @@ class ProblemPanel:
         """Show the problem; to be called by the worker only."""
         if self._version == session.problem_version and not force:
             return
-        self._version = session.problem_version
+        self._version, self._forced = session.problem_version, force
         self._more.complain("")
         problem = session.problem
         self._sync_hand(problem)
@@ -268,6 +271,8 @@ class ProblemPanel:
 
     def _set(self, name: str, widget: Any, value: Any) -> None:
         """Show a value and remember that it is the problem's own."""
+        if name in PICKED and not self._forced and widget.value != self._synced.get(name, widget.value):
+            return  # picked on the page since the widgets were read: its own change is on its way
         set_value(widget, value)
         self._synced[name] = widget.value
 
@@ -293,8 +298,3 @@ def _range(name: str) -> dict[str, Any]:
     if name == "caps":
         return {"min": 0.0, "max": 1.0, "step": 1.0}
     return {"min": 1e-4, "max": 1.0, "step": 0.001}
-
-
-def log10(value: float) -> float:
-    """Return the logarithm of a value, at least −12."""
-    return math.log10(max(value, 1e-12)) if math.isfinite(value) else 12.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -89,3 +90,8 @@ def set_value(widget: Any, value: Any) -> None:
     """Show a value in a widget, if it is another one; callbacks run in the caller's thread."""
     if widget.value != value:
         widget.value = value
+
+
+def log10(value: float) -> float:
+    """Return the logarithm of a value, at least −12."""
+    return math.log10(max(value, 1e-12)) if math.isfinite(value) else 12.0
