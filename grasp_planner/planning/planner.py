@@ -57,7 +57,16 @@ def plan_grasp(
         The best feasible grasp found; if none was, the attempt closest to feasible. The grasp judges itself:
         see ``feasible``, ``verdict`` and ``violations``.
     """
-    return _run(problem, seed, options, start, callback, cancel, result_callback, 1)[0]
+    return plan_grasps(
+        problem,
+        1,
+        seed=seed,
+        options=options,
+        start=start,
+        callback=callback,
+        cancel=cancel,
+        result_callback=result_callback,
+    )[0]
 
 
 def plan_grasps(
@@ -91,20 +100,6 @@ def plan_grasps(
         InvalidValueError: If the count is out of range.
     """
     positive_whole("count", count, MOST_GRASPS)
-    return _run(problem, seed, options, start, callback, cancel, result_callback, count)
-
-
-def _run(
-    problem: GraspProblem,
-    seed: int,
-    options: PlannerOptions | None,
-    start: GraspStart | None,
-    callback: Callable[[IterationRecord], None] | None,
-    cancel: Callable[[], bool] | None,
-    result_callback: Callable[[Grasp], None] | None,
-    count: int,
-) -> tuple[Grasp, ...]:
-    """Search, and return the best grasps."""
     search = _Search(problem, seed, options or PlannerOptions(), callback, cancel, result_callback, count)
     # The matrices are too small for threads to be of use; several per product make planning many times slower.
     with threadpool_limits(limits=1):
