@@ -8,15 +8,13 @@ Usage: ``python scripts/make_adaptive_hand.py [--check] [--output DIR]``
 
 from __future__ import annotations
 
-import argparse
 import sys
 import xml.etree.ElementTree as ET
 from math import pi
-from pathlib import Path
 
+from hand_files import write_or_check
 from make_dlr_hit_ii import MATERIALS, SAME, Body, Link, Solid, Vector, add, add_link, text
 
-OUTPUT = Path(__file__).parents[1] / "urdf" / "adaptive_hand"
 NAME = "adaptive_hand"
 ROLL, NEXT, TIP = 0.013, 0.009, 0.016  # between the hinges of a joint, on to the next joint, to the tip's centre [m]
 LINK_RADIUS, TIP_RADIUS = 0.0065, 0.007  # [m]
@@ -134,19 +132,13 @@ def arms_table() -> str:
 
 def main() -> int:
     """Write the URDF, or with --check compare it and the tables of the description with what is there."""
-    parser = argparse.ArgumentParser(description="Write the adaptive hand.")
-    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file differs")
-    parser.add_argument("--output", type=Path, default=OUTPUT, help="folder of the files")
-    arguments = parser.parse_args()
-    folder, tables = arguments.output, (compliance_table(), arms_table())
-    if arguments.check:
-        description = (folder / f"{NAME}.toml").read_text(encoding="utf-8")
-        same = (folder / f"{NAME}.urdf").read_text(encoding="utf-8") == urdf()
-        return 0 if same and all(table in description for table in tables) else 1
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{NAME}.urdf").write_text(urdf(), encoding="utf-8")
-    print("compliance.joint and tendons.motors.tendon.arms of the description have to be:", *tables, sep="\n\n")
-    return 0
+    return write_or_check(
+        NAME,
+        "Write the adaptive hand.",
+        urdf(),
+        (compliance_table(), arms_table()),
+        "compliance.joint and tendons.motors.tendon.arms",
+    )
 
 
 if __name__ == "__main__":

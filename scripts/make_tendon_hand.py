@@ -9,15 +9,13 @@ Usage: ``python scripts/make_tendon_hand.py [--check] [--output DIR]``
 
 from __future__ import annotations
 
-import argparse
 import sys
 import xml.etree.ElementTree as ET
 from math import pi
-from pathlib import Path
 
+from hand_files import write_or_check
 from make_dlr_hit_ii import MATERIALS, SAME, Body, Link, Solid, Vector, add, add_link, text
 
-OUTPUT = Path(__file__).parents[1] / "urdf" / "tendon_hand"
 NAME = "tendon_hand"
 PROXIMAL, DISTAL = 0.070, 0.045  # proximal joint to flexure's middle, and on to the centre of the tip [m]
 LINK_RADIUS, TIP_RADIUS = 0.009, 0.010  # [m]
@@ -126,20 +124,13 @@ def stiffness_table() -> str:
 
 def main() -> int:
     """Write the URDF, or with --check compare it and the tables of the description with what is there."""
-    parser = argparse.ArgumentParser(description="Write the tendon-driven hand.")
-    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file differs")
-    parser.add_argument("--output", type=Path, default=OUTPUT, help="folder of the files")
-    arguments = parser.parse_args()
-    folder = arguments.output
-    description = (folder / f"{NAME}.toml").read_text(encoding="utf-8") if (folder / f"{NAME}.toml").exists() else ""
-    tables = (stiffness_table(), tendon_table(), rest_table())
-    if arguments.check:
-        same = (folder / f"{NAME}.urdf").read_text(encoding="utf-8") == urdf()
-        return 0 if same and all(table in description for table in tables) else 1
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{NAME}.urdf").write_text(urdf(), encoding="utf-8")
-    print("compliance.joint, tendons.motors and tendons.rest of the description have to be:", *tables, sep="\n\n")
-    return 0
+    return write_or_check(
+        NAME,
+        "Write the tendon-driven hand.",
+        urdf(),
+        (stiffness_table(), tendon_table(), rest_table()),
+        "compliance.joint, tendons.motors and tendons.rest",
+    )
 
 
 if __name__ == "__main__":
