@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import clarabel
 import numpy as np
-from scipy import sparse
 from scipy.linalg import null_space
 
 from ..grasp.grasp import Grasp
 from ..grasp.squeeze import balanced
 from ..model.compliance import internal_forces
+from ..model.force_closure import solve_cone_program
 from ..spatial import Array
 
 ROOM = 1e-5
@@ -49,17 +48,8 @@ def best_squeeze(grasp: Grasp) -> Array | None:
     for block in model.cone_rows(grasp.contacts.normals, problem.friction, d * n_c):
         rows.append(np.hstack([block @ scaled, np.zeros((1 + d, 1))]))
         right.append(block @ fixed - ROOM * np.eye(1 + d)[0])
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    solution = clarabel.DefaultSolver(
-        sparse.csc_matrix((n_s + 1, n_s + 1)),
-        np.eye(n_s + 1)[-1],
-        sparse.csc_matrix(-np.vstack(rows)),
-        np.concatenate(right),
-        [clarabel.SecondOrderConeT(len(block)) for block in rows],
-        settings,
-    ).solve()
-    if solution.status not in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
+    solution = solve_cone_program(np.eye(n_s + 1)[-1], np.zeros((0, n_s + 1)), np.zeros(0), rows, right)
+    if solution is None:
         return None
-    found = np.array(solution.x)[:n_s] / size
+    found = solution[:n_s] / size
     return (fixed + by_sigma @ found).reshape(n_c, d) if springs else found
