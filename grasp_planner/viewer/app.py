@@ -15,6 +15,7 @@ from ..grasp.grasp import Grasp
 from ..spatial import Array
 from .animation import Animator
 from .first_grasp import first_grasp
+from .gallery import Gallery
 from .ladder_card import LadderCard
 from .page_script import send_script
 from .palette import add_commands
@@ -92,7 +93,8 @@ class GraspViewer:
         self.picture = Picture(self.server)
         self.picture.aim(shown)
         self._build_page(rows)
-        self.worker = Worker(self._redraw, self._report, self.card.climb)
+        self.worker = Worker(self._redraw, self._report, lambda: self.card.climb() or self.gallery.climb())
+        self.gallery = Gallery(self.plan.gallery, self.session, self.worker.submit)
         self.animator = Animator(self.session, self.worker)
         self.control = PlanControl(self.session, self.plan, self.worker, self.animator.stop, self._report)
         self.planning = self.control.planning
@@ -112,6 +114,7 @@ class GraspViewer:
     def stop(self) -> None:
         """End everything."""
         self.planning.close()
+        self.gallery.stop()
         self.worker.stop()
         self.server.stop()
 
@@ -130,7 +133,11 @@ class GraspViewer:
         with tabs.add_tab("Synergies"):
             self.synergies = SynergyPanel(gui, lambda: self._later(self._apply_sigma, "sigma"))
         with tabs.add_tab("Plan"):
-            self.plan = PlanPanel(gui, lambda: self._later(self._mark_dirty, "search"))
+            self.plan = PlanPanel(
+                gui,
+                lambda: self._later(self._mark_dirty, "search"),
+                lambda rank: self._later(lambda: self.control.choose(rank)),
+            )
             with gui.add_form(None) as form:
                 self.problem = ProblemPanel(gui, lambda: self._later(self._problem_changed, "problem"))
             form.on_submit(lambda _: self.problem.typed.now())
@@ -218,11 +225,11 @@ class GraspViewer:
             return
         self.grasp_panel.show(session)
         self.synergies.show(session)
-        self.plan.show(session)
+        self.gallery.show()
         self.problem.show(session)
         self.display.show(self.picture.notes)
         with contextlib.suppress(FieldError):
-            self.share.show(self.control.options, int(self.plan.seed.value))
+            self.share.show(self.control.options, int(self.plan.seed.value), self.control.count)
 
     def _report(self, message: str) -> None:
         """Show an error on every page, and put the widgets back to what holds."""

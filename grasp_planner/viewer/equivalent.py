@@ -26,13 +26,14 @@ OWNERS: tuple[tuple[str, type], ...] = (
 Changed = tuple[Setting, Any]
 
 
-def command_text(problem: GraspProblem, options: PlannerOptions | None = None, seed: int = 0) -> str:
+def command_text(problem: GraspProblem, options: PlannerOptions | None = None, seed: int = 0, count: int = 1) -> str:
     """Return the command line that plans a problem.
 
     Args:
         problem: The problem.
         options: How it is searched.
         seed: Seed of the random starts.
+        count: How many grasps that differ.
     """
     paper = _is_paper(problem)
     words = ["grasp-planner", "plan", "--hand", problem.hand.name, "--object", problem.grasp_object.text]
@@ -46,10 +47,11 @@ def command_text(problem: GraspProblem, options: PlannerOptions | None = None, s
     for each, value in found:
         words += _option(each, value)
     words += ["--seed", str(seed)] * bool(seed)
+    words += ["--grasps", str(count)] * (count > 1)
     return shlex.join(words)
 
 
-def python_text(problem: GraspProblem, seed: int = 0) -> str:
+def python_text(problem: GraspProblem, seed: int = 0, count: int = 1) -> str:
     """Return the lines of Python that plan a problem."""
     paper = _is_paper(problem)
     base = _base(problem, paper)
@@ -74,7 +76,10 @@ def python_text(problem: GraspProblem, seed: int = 0) -> str:
             lines.append(f"    {name}={made},")
         else:
             lines += [f"    {argument}," for argument in arguments]
-    return "\n".join([*lines, ")", f"grasp = gp.plan_grasp(problem, seed={seed})", "print(grasp.verdict)"])
+    call = f"grasp = gp.plan_grasp(problem, seed={seed})"
+    if count > 1:
+        call = f"grasp, *others = gp.plan_grasps(problem, {count}, seed={seed})"
+    return "\n".join([*lines, ")", call, "print(grasp.verdict)"])
 
 
 def what_is_lost(problem: GraspProblem) -> str:

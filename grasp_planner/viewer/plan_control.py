@@ -65,6 +65,11 @@ class PlanControl:
         found: PlannerOptions = self.panel.search.options(PlannerOptions())
         return found
 
+    @property
+    def count(self) -> int:
+        """How many grasps that differ are asked for."""
+        return int(self.panel.count.value)
+
     def _start(self, options: PlannerOptions, *, from_here: bool) -> None:
         """Start planning for the problem shown."""
         self._stop_animation()
@@ -78,11 +83,13 @@ class PlanControl:
             problem=problem,
             seed=int(plan.seed.value),
             options=options,
+            count=self.count,
             start=given,
         )
         events = PlanEvents(
             progress=lambda records: self.worker.submit(lambda: self._show_progress(request, records)),
             result=lambda grasp: self.worker.submit(lambda: self._add_result(grasp)),
+            best=lambda grasps: self.worker.submit(lambda: session.take_best(grasps)),
             end=lambda outcome, message: self.worker.submit(lambda: self._end_plan(outcome, message)),
         )
         if not self.planning.start(request, events):
@@ -98,9 +105,11 @@ class PlanControl:
         self.panel.add_progress(records)
         set_value(self.panel.bar, 100.0 * min(1.0, last.start / request.options.starts))
         message = f"start {last.start + 1}, phase {last.phase}, iteration {last.iteration}"
-        self.panel.status.content = message
         problem = request.problem
-        found = any(grasp.feasible for grasp in session.results)
+        feasible = [grasp.force_norm for grasp in session.results if grasp.feasible]
+        found = bool(feasible)
+        told = f"{len(feasible)} that differ, least F {min(feasible):.2f} N" if found else "no grasp yet"
+        self.panel.status.content = f"{message}: {told}"
         if self._followed and not found and problem.hand is session.problem.hand:
             q = np.clip(last.joint_angles, problem.hand.lower, problem.hand.upper)
             preview = Grasp(problem, q, Pose.of(last.palm_pose), np.zeros(problem.n_synergies))
@@ -123,15 +132,21 @@ class PlanControl:
         if session.results and outcome == "done" and self._followed:
             session.show_result(0, self._object_pose)
 
+    def choose(self, index: int) -> None:
+        """Show a result by its rank, and stay with it if a search goes on."""
+        self._stop_animation()
+        self.session.show_result(index, self._object_pose)
+        self.session.moves += 1
+
     def browse(self) -> None:
         """Show the best, previous or next result."""
         choice = str(self.panel.browse.value)
         if choice == "best":
-            self.session.show_result(0, self._object_pose)
+            self.choose(0)
         else:
             self.step(1 if choice == "next" else -1)
 
     def step(self, by: int) -> None:
         """Show the result some ranks further."""
         shown = self.session.shown
-        self.session.show_result(0 if shown is None else shown + by, self._object_pose)
+        self.choose(0 if shown is None else shown + by)

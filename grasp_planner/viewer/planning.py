@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from ..grasp.grasp import Grasp, IterationRecord, SearchReport
-from ..planning.planner import plan_grasp
+from ..planning.planner import plan_grasps
 from ..planning.starts import GraspStart
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
@@ -26,6 +26,8 @@ FUNCTION = JobFunction("grasp_planner.viewer.planning:searcher")
 """What plans in the worker process."""
 
 SearchEnd = Literal["done", "cancelled", "failed"]
+Content = tuple[Array, Array, Array, Array | None, SearchReport]
+"""What of a grasp is sent between the processes: q, palm pose, δσ, contact forces, how it was found."""
 
 
 @dataclass(frozen=True)
@@ -36,12 +38,14 @@ class PlanRequest:
         problem: The problem.
         seed: Seed of the random starts.
         options: How long and how hard to search.
+        count: How many grasps that differ.
         start: First start, the planner's own if None: (q, pose as 4 x 4, δσ, forces in O).
     """
 
     problem: GraspProblem
     seed: int = 0
     options: PlannerOptions = field(default_factory=PlannerOptions)
+    count: int = 1
     start: tuple[Array, Array, Array, Array | None] | None = None
 
 
@@ -52,11 +56,13 @@ class PlanEvents:
     Attributes:
         progress: Iterations since the last call, the newest last.
         result: A grasp, one for each start that ended.
+        best: The grasps that the whole search ended with, the best first; not if it was cancelled.
         end: How it ended, and a message.
     """
 
     progress: Callable[[list[IterationRecord]], None]
     result: Callable[[Grasp], None]
+    best: Callable[[list[Grasp]], None]
     end: Callable[[SearchEnd, str], None]
 
 
@@ -155,7 +161,13 @@ class PlanningProcess:
                 elif message.content[0] == "progress":
                     self._events.progress(message.content[1])
                 else:
-                    self._events.result(_grasp(self._job.content.problem, message.content[1]))
+                    kind, content = message.content
+                    problem = self._job.content.problem
+                    found = [_grasp(problem, each) for each in content]
+                    if kind == "best":
+                        self._events.best(found)
+                    else:
+                        self._events.result(found[0])
 
     def _finish(self, outcome: SearchEnd, message: str) -> None:
         """Report the end of the search."""
@@ -183,15 +195,13 @@ def _search(request: PlanRequest, context: JobContext) -> tuple[SearchEnd, str]:
             last_sent = time.perf_counter()
 
     def send(grasp: Grasp) -> None:
-        assert grasp.search is not None
         # What a cancelled search was at is no result.
         if not context.cancelled():
-            search = replace(grasp.search, history=())
-            content = (grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, grasp.contact_forces, search)
-            context.report(("result", content))
+            context.report(("result", [_content(grasp)]))
 
-    best = plan_grasp(
+    found = plan_grasps(
         request.problem,
+        request.count,
         seed=request.seed,
         options=request.options,
         start=_first_start(request),
@@ -199,10 +209,12 @@ def _search(request: PlanRequest, context: JobContext) -> tuple[SearchEnd, str]:
         cancel=context.cancelled,
         result_callback=send,
     )
+    best = found[0]
     assert best.search is not None
     tried = f"{best.search.starts_tried} start{'s' if best.search.starts_tried != 1 else ''}"
     if context.cancelled():
         return "cancelled", f"cancelled after {tried}"
+    context.report(("best", [_content(grasp) for grasp in found]))
     return "done", f"{best.search.starts_feasible} feasible of {tried} in {best.search.time_s:.1f} s"
 
 
@@ -214,7 +226,14 @@ def _first_start(request: PlanRequest) -> GraspStart | None:
     return GraspStart(q, Pose.of(pose), delta_sigma, forces)
 
 
-def _grasp(problem: GraspProblem, content: tuple[Array, Array, Array, Array | None, SearchReport]) -> Grasp:
+def _content(grasp: Grasp) -> Content:
+    """Return what of a grasp is sent: not its problem, which the other side has."""
+    assert grasp.search is not None
+    search = replace(grasp.search, history=())
+    return grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, grasp.contact_forces, search
+
+
+def _grasp(problem: GraspProblem, content: Content) -> Grasp:
     """Return the grasp that was sent."""
     q, pose, delta_sigma, forces, search = content
     return Grasp(problem, q, Pose.of(pose), delta_sigma, forces, search)

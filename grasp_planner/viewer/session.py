@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..grasp.grasp import Grasp
 from ..grasp.squeeze import squeezed_forces
+from ..planning.ranking import alike
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose
 from .closing_story import StoryMoment
@@ -37,7 +39,7 @@ class Session:
         grasp: The grasp shown.
         automatic_squeeze: Whether δσ is chosen for the least force while the hand is moved.
         squeeze: Factor on δσ while that is not so.
-        results: Grasps of the last search, best first.
+        results: Grasps of the last search of which no two are alike, best first.
         shown: Index of the result shown; None if the grasp is none of them.
         pinned: Grasp to compare with.
         seed: Where the last search started.
@@ -158,9 +160,28 @@ class Session:
             self._moved = False
 
     def add_result(self, grasp: Grasp) -> bool:
-        """Rank a result; return whether it is the best so far."""
-        self.results = sorted([*self.results, grasp], key=_rank)
+        """Rank a result, unless a better one is like it; return whether it is the best so far."""
+        if any(alike(each, grasp) and _rank(each) <= _rank(grasp) for each in self.results):
+            return False
+        shown = None if self.shown is None else self.results[self.shown]
+        others = [each for each in self.results if not alike(each, grasp)]
+        self.results = sorted([*others, grasp], key=_rank)
+        self._follow(shown)
         return self.results[0] is grasp
+
+    def take_best(self, best: Sequence[Grasp]) -> None:
+        """Rank the grasps that a search ended with as it does, and behind them the others that were on the way."""
+        shown = None if self.shown is None else self.results[self.shown]
+        others = [each for each in self.results if not any(alike(each, grasp) for grasp in best)]
+        self.results = [*best, *others]
+        self._follow(shown)
+        self.dirty = True
+
+    def _follow(self, shown: Grasp | None) -> None:
+        """Find the result shown again in a new order."""
+        if shown is not None:
+            places = [index for index, each in enumerate(self.results) if alike(each, shown)]
+            self.shown = places[0] if places else None
 
     def show_result(self, index: int, object_pose: Pose | None = None) -> None:
         """Show a result by its rank, from 0."""

@@ -88,9 +88,9 @@ class Listener:
     """Collects what a search reports."""
 
     def __init__(self):
-        self.results, self.progress, self.ended = [], [], threading.Event()
+        self.results, self.progress, self.best, self.ended = [], [], [], threading.Event()
         self.outcome = None
-        self.events = PlanEvents(self.progress.extend, self.results.append, self._end)
+        self.events = PlanEvents(self.progress.extend, self.results.append, self.best.extend, self._end)
 
     def _end(self, outcome, message):
         self.outcome, self.message = outcome, message
@@ -117,6 +117,7 @@ def test_only_one_search_runs_at_a_time(process, easy_problem):
     assert process.start(request, two.events)
     assert two.ended.wait(90.0)
     assert [g.objective for g in one.results] == [g.objective for g in two.results]
+    assert [g.objective for g in one.best] == [min(g.objective for g in one.results if g.feasible)]
 
 
 @pytest.mark.slow

@@ -9,9 +9,10 @@ import viser
 from viser import uplot
 
 from ...grasp.grasp import IterationRecord
+from ...planning.planner import MOST_GRASPS
 from ...problem.search_options import PlannerOptions
 from ..presets import paper_presets
-from ..session import Session
+from .gallery import GalleryPanel
 from .settings import SettingsPanel
 from .widgets import log10
 
@@ -22,7 +23,19 @@ POINTS = 400
 class PlanPanel:
     """Widgets of the search."""
 
-    def __init__(self, gui: viser.GuiApi, typed: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        typed: Callable[[], None] = lambda: None,
+        chosen: Callable[[int], None] = lambda _: None,
+    ) -> None:
+        """Add the widgets to the present container.
+
+        Args:
+            gui: The widgets of the page.
+            typed: Called when a setting of the search has changed.
+            chosen: Called with the rank of a result that was clicked, from 0.
+        """
         self._gui = gui
         self.preset = gui.add_dropdown("Figures of the paper", tuple(paper_presets()))
         self._about = gui.add_markdown("")
@@ -30,14 +43,17 @@ class PlanPanel:
         self._describe_preset()
         self.show_preset = gui.add_button("Plan this figure", icon=viser.Icon.PHOTO)
         gui.add_divider()
+        self.count = gui.add_number(
+            "Different grasps", 1, min=1, max=MOST_GRASPS, step=1, hint="How many to look for; the best comes first"
+        )
+        self.count.on_update(lambda _: typed())
         self.plan = gui.add_button("Plan", color="green", icon=viser.Icon.ROCKET, hint="Search in the background")
         self.cancel = gui.add_button("Cancel", color="red", disabled=True)
         self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
         self.status = gui.add_markdown("")
         self._add_curves()
-        with gui.add_folder("Results, best first"):
-            self.results = gui.add_markdown("*none yet*")
-            self.browse = gui.add_button_group("Show", ("best", "previous", "next"))
+        self.gallery = GalleryPanel(gui, chosen)
+        self.browse = gui.add_button_group("Show", ("best", "previous", "next"))
         with gui.add_folder("Search", expand_by_default=False):
             self.seed = gui.add_number("Seed", 0, min=0, max=10**6, step=1)
             self.search = SettingsPanel(gui, PlannerOptions, typed)
@@ -47,10 +63,6 @@ class PlanPanel:
     def _describe_preset(self) -> None:
         """Say what the chosen figure shows."""
         self._about.content = paper_presets()[self.preset.value].about
-
-    def show(self, session: Session) -> None:
-        """Show the ranked results."""
-        self.results.content = _result_table(session)
 
     def set_running(self, running: bool) -> None:
         """Switch between Plan and Cancel."""
@@ -84,16 +96,3 @@ class PlanPanel:
             (np.arange(2.0), zero, zero), series, scales=scales, aspect=1.9, visible=False
         )
         self._history = []
-
-
-def _result_table(session: Session) -> str:
-    """Return the ranked results (Markdown)."""
-    if not session.results:
-        return "*none yet*"
-    rows = ["| | | F N | C | angle ° |", "|--:|---|--:|--:|--:|"]
-    for index, grasp in enumerate(session.results[:8]):
-        mark = "**▶**" if index == session.shown else str(index + 1)
-        angle = grasp.alignments[0][0]
-        verdict = "✔" if grasp.feasible else "✘"
-        rows.append(f"| {mark} | {verdict} | {grasp.force_norm:.2f} | {grasp.task_index:.2g} | {angle:.1f} |")
-    return "\n".join(rows)

@@ -51,12 +51,12 @@ class SharePanel:
         self.html.on_click(lambda event: self._send(event.client, "grasp.html", self._html))
         self.png.on_click(lambda event: self._picture(event.client))
 
-    def show(self, options: PlannerOptions, seed: int) -> None:
+    def show(self, options: PlannerOptions, seed: int, count: int) -> None:
         """Show the command and the Python that plan the problem shown."""
         problem = self._session.problem
         lost = what_is_lost(problem)
         note = f"*Not in it: {lost}.*\n\n" if lost else ""
-        texts = command_text(problem, options, seed), python_text(problem, seed)
+        texts = command_text(problem, options, seed, count), python_text(problem, seed, count)
         self._same.content = note + "\n\n".join(f"```\n{each}\n```" for each in texts)
 
     def open_bytes(self, content: bytes) -> None:
