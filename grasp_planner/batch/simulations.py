@@ -38,6 +38,7 @@ COLUMNS = {
     "feasible": "bool",
     "passed": "bool",
     "gate_passed": "bool",
+    "simulated": "bool",
     "forces_held": "int64",
     "torques_held": "int64",
     "weakest_force": "double",

@@ -135,7 +135,7 @@ def print_simulation(console: Console, found: Simulation) -> None:
         console: Where to.
         found: The simulation.
     """
-    colour = "green" if found.passed else "red"
+    colour = "green" if found.passed else "yellow" if found.rest is None else "red"
     console.print(f"[bold {colour}]{found.verdict}[/]", highlight=False)
     summary = Table(show_header=False, box=None, pad_edge=False)
     gravity = "with gravity" if found.protocol.gravity else "without gravity"

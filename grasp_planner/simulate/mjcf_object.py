@@ -6,6 +6,7 @@ A cylinder is there twice: fingertips touch its exact side, links a hull with th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 from typing import Any, Literal
 
@@ -14,6 +15,7 @@ import numpy as np
 from ..exceptions import InvalidValueError
 from ..objects import Box, Capsule, Cylinder, EllipsoidObject, GraspObject, Sphere
 from ..spatial import Array
+from .convex_pieces import convex_pieces
 from .xml_text import Element, add
 
 RIM_POINTS, RIM_SECTIONS = 7, 96
@@ -128,19 +130,15 @@ def _rounded_box(box: Box) -> tuple[ObjectSolid, ...]:
     return tuple(solids)
 
 
+@lru_cache(maxsize=4)
 def _mesh(grasp_object: GraspObject) -> tuple[tuple[ObjectSolid, ...], str]:
-    """Return the convex pieces of a mesh by CoACD if it is installed, its convex hull otherwise."""
+    """Return the convex pieces of a mesh; the same object is often simulated several times."""
     mesh = grasp_object.mesh
     if not len(mesh.vertices):
         raise InvalidValueError("object", grasp_object.text, "an object with a mesh")
     if mesh.is_convex:
         return (ObjectSolid("mesh", vertices=np.array(mesh.vertices)),), "convex mesh, exact"
-    try:
-        import coacd
-    except ImportError:
-        hull = np.array(mesh.convex_hull.vertices)
-        return (ObjectSolid("mesh", vertices=hull),), "convex hull of the mesh (install coacd for convex pieces)"
-    coacd.set_log_level("error")
-    pieces = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=0.03, seed=0)
-    solids = tuple(ObjectSolid("mesh", vertices=np.array(vertices)) for vertices, _ in pieces)
-    return solids, f"{len(solids)} convex pieces of the mesh (CoACD, concavity 0.03)"
+    found = convex_pieces(mesh)
+    what = f"{len(found.corners)} convex pieces" if len(found.corners) > 1 else "convex hull"
+    note = f"{what} of the mesh, standing out of it by up to {1e3 * found.standing_out:.1f} mm where it is hollow"
+    return tuple(ObjectSolid("mesh", vertices=corners) for corners in found.corners), note

@@ -11,6 +11,9 @@ from ..spatial import Array
 from .gate import GateReport
 from .protocol import Protocol
 
+MOST_SURFACE_ERROR = 2e-3
+"""How far the simulated surface may be from the planned contacts; farther off, it is another object [m]."""
+
 
 @dataclass(frozen=True)
 class RestReport:
@@ -94,8 +97,8 @@ class Simulation:
         mass: Mass of the object [kg].
         friction: Coefficient of friction, one number or one for each contact.
         gates: Overlaps at the postures that were checked; if one is too deep, nothing was simulated.
-        rest: At rest; None if a gate was not passed.
-        directions: All pushes; empty if a gate was not passed.
+        rest: At rest; None if nothing was simulated: a gate was not passed, or the surface is too far off.
+        directions: All pushes; empty if nothing was simulated.
         surface_error: Largest distance between a planned contact and the simulated object's surface [m].
         notes: What is not exactly as planned.
         frames: The recording, if one was asked for.
@@ -117,6 +120,11 @@ class Simulation:
     def gate_passed(self) -> bool:
         """Whether all gates were passed."""
         return all(gate.passed for gate in self.gates)
+
+    @property
+    def is_another_object(self) -> bool:
+        """Whether what stands for the object is so far off it that nothing was simulated, nor says anything of it."""
+        return self.surface_error > MOST_SURFACE_ERROR
 
     @property
     def forces_held(self) -> int:
@@ -151,6 +159,9 @@ class Simulation:
                     f"refused: {what} by {1e3 * depth:.1f} mm in the {gate.posture} posture "
                     f"(at most {1e3 * gate.limit:.1f} mm)"
                 )
+        if self.is_another_object:
+            off = f"{1e3 * self.surface_error:.1f} mm off the planned contacts"
+            return f"not simulated: what stands for the object is {off} (at most {1e3 * MOST_SURFACE_ERROR:g} mm)"
         assert self.rest is not None
         if not self.rest.held:
             return "failed: the object is lost before any push"

@@ -15,7 +15,7 @@ from ..spatial import Array
 from .engine import quiet_warnings
 from .gate import GateReport, check_posture
 from .protocol import PLAN, Protocol
-from .result import DirectionReport, Frame, RestReport, Simulation
+from .result import MOST_SURFACE_ERROR, DirectionReport, Frame, RestReport, Simulation
 from .trials import DIRECTIONS, push_all
 from .world import Snapshot, World
 
@@ -66,7 +66,8 @@ def simulate_grasp(
         path: The references the hand closes by, of a grasp planned for other circumstances; the grasp's own if None.
 
     Returns:
-        What was found; nothing is simulated if the posture overlaps too much.
+        What was found; nothing is simulated if the posture overlaps too much, or what stands for the object is too far
+        off it where it is touched.
 
     Raises:
         SimulationDependencyError: If MuJoCo is not installed.
@@ -81,7 +82,7 @@ def simulate_grasp(
     rest: RestReport | None = None
     directions: tuple[DirectionReport, ...] = ()
     frames = _Recorder(world, record)
-    if all(gate.passed for gate in gates):
+    if all(gate.passed for gate in gates) and surface_error <= MOST_SURFACE_ERROR:
         with quiet_warnings():
             say("closing")
             rest = _rest(world, path, frames)

@@ -30,6 +30,7 @@ def simulation_record(simulation: Simulation) -> dict[str, Any]:
         "verdict": simulation.verdict,
         "gate_passed": simulation.gate_passed,
         "gates": [{**asdict(gate), "passed": gate.passed} for gate in simulation.gates],
+        "simulated": simulation.rest is not None,
         "surface_error": simulation.surface_error,
         "notes": list(simulation.notes),
         "contacts": [frame.name for frame in problem.frames],

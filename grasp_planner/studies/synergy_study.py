@@ -204,7 +204,7 @@ def study_case(settings: StudySettings, key: Key) -> StudyRow:
     return StudyRow(
         *key,
         feasible=True,
-        refused=not found.gate_passed,
+        refused=found.rest is None,
         passed=found.passed,
         forces_held=found.forces_held,
         weakest_force=found.weakest("force"),

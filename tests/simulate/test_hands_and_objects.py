@@ -11,8 +11,11 @@ import pytest
 import trimesh
 
 import grasp_planner as gp
-from grasp_planner.simulate import simulate_grasp
-from grasp_planner.simulate.mjcf_object import object_solids
+from grasp_planner.simulate import scene, simulate_grasp
+from grasp_planner.simulate.convex_pieces import convex_pieces
+from grasp_planner.simulate.mjcf_object import ObjectSolid, object_solids
+from grasp_planner.simulate.protocol import PLAN
+from grasp_planner.simulate.simulation_record import simulation_record
 
 ROOT = Path(__file__).parents[2]
 
@@ -64,13 +67,40 @@ def test_a_convex_mesh_is_one_exact_solid(mesh_object):
     np.testing.assert_allclose(np.ptp(solids[0].vertices, axis=0), [0.04, 0.05, 0.1], atol=1e-6)
 
 
-def test_without_coacd_a_mesh_is_its_hull_and_says_so(mesh_object, monkeypatch):
-    monkeypatch.setitem(sys.modules, "coacd", None)
-    grasp_object = mesh_object(trimesh.creation.torus(0.03, 0.012))
+def test_a_hollow_mesh_is_pieces_that_hold_it_and_stand_out_by_what_is_said(mesh_object, rng):
+    outside = trimesh.creation.cylinder(radius=0.03, height=0.05)
+    inside = trimesh.creation.cylinder(radius=0.026, height=0.05).apply_translation([0.0, 0.0, 0.005])
+    grasp_object = mesh_object(trimesh.boolean.difference([outside, inside]))
     solids, note = object_solids(grasp_object)
-    assert len(solids) == 1
-    assert "convex hull" in note
-    assert trimesh.convex.convex_hull(solids[0].vertices).volume > 1.2 * grasp_object.mesh.volume
+    hulls = [trimesh.convex.convex_hull(solid.vertices) for solid in solids]
+    said = 1e-3 * float(re.search(r"by up to ([\d.]+) mm", note)[1])
+    assert len(solids) > 4 and said <= 1.1e-3
+    points = rng.uniform(*grasp_object.mesh.bounds, size=(400, 3))
+    covered = np.max([trimesh.proximity.signed_distance(hull, points) for hull in hulls], axis=0) > -1e-7
+    distance = grasp_object.nearest(points).distance
+    assert covered[distance < -1e-6].all() and (distance < 0.0).any()
+    assert distance[covered].max() <= said + 1e-4
+    assert not covered[distance > 2e-3].any() and (distance > 2e-3).any()
+
+
+def test_triangles_that_cannot_be_cut_are_their_hull(rng):
+    mesh = trimesh.creation.torus(0.03, 0.012)
+    mesh.update_faces(np.arange(len(mesh.faces)) > 0)  # an open surface is no manifold
+    found = convex_pieces(mesh)
+    assert len(found.corners) == 1 and found.standing_out > 0.01
+
+
+def test_what_is_another_object_is_not_simulated_and_no_failure(right, monkeypatch):
+    problem = gp.GraspProblem.paper(right, gp.Cylinder(0.03), n_synergies=3)
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    larger = (ObjectSolid("cylinder", (0.035, 0.075)),)
+    monkeypatch.setattr(scene, "object_solids", lambda _: (larger, "a larger cylinder"))
+    found = simulate_grasp(grasp, replace(PLAN, geometry="contacts"), ladder=False)
+    assert found.rest is None and found.directions == () and not found.passed
+    assert (
+        found.verdict == "not simulated: what stands for the object is 5.0 mm off the planned contacts (at most 2 mm)"
+    )
+    assert not simulation_record(found)["simulated"]
 
 
 @pytest.mark.slow
