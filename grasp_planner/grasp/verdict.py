@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..exceptions import InvalidValueError
 from ..judge.posed_grasp import PosedGrasp
+from ..judge.surface_check import FOOTPRINT, SPREAD
 from ..problem.term import Unit
 from ..terms.registry import judged_requirements
 
 NOTICED_OVERLAP, NOTICED_FORCE = 1e-5, 1e-2
 """Overlap [m] and disturbance [N] below which there is none to speak of."""
+BENT = float(np.radians(5.0))
+"""Angle between the normals under a fingertip from which it is on a rounded edge [rad]."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,6 +79,22 @@ def not_asked(grasp: PosedGrasp) -> tuple[str, ...]:
     return tuple(found)
 
 
+def on_edges(grasp: PosedGrasp) -> str:
+    """Return which fingertips are on an edge that a finger can't rest on, or on a rounded one, in words."""
+    radius = grasp.problem.grasp_object.edge_radius
+    if np.isinf(radius):
+        return ""
+    spread = grasp.problem.grasp_object.normal_spread(grasp.surface_contacts.points, FOOTPRINT)
+    names = [frame.name for frame in grasp.problem.frames]
+    if (spread > SPREAD).any():
+        found = [
+            f"{name} {np.degrees(angle):.0f}°" for name, angle in zip(names, spread, strict=True) if angle > SPREAD
+        ]
+        return f"on an edge: {', '.join(found)}"
+    rounded = [name for name, angle in zip(names, spread, strict=True) if angle > BENT]
+    return f"on an edge rounded by {1e3 * radius:.3g} mm: {', '.join(rounded)}" if radius and rounded else ""
+
+
 def verdict(grasp: PosedGrasp, status: str, failures: Sequence[Violation], missing: Sequence[str]) -> str:
     """Return the sentence about a grasp.
 
@@ -88,9 +109,10 @@ def verdict(grasp: PosedGrasp, status: str, failures: Sequence[Violation], missi
     """
     if status == "feasible":
         note = "" if grasp.stability.stable else f"; but {grasp.stability.text}"
+        edges = f"; {found}" if (found := on_edges(grasp)) else ""
         open_points = f"; not asked for: {', '.join(missing)}" if missing else ""
-        return f"feasible: every requirement is met and the contacts are force-closed{note}{open_points}"
-    parts = [failure.text for failure in failures]
+        return f"feasible: every requirement is met and the contacts are force-closed{note}{edges}{open_points}"
+    parts = [f"{failure.text} ({on_edges(grasp)})" if failure.name == "edge" else failure.text for failure in failures]
     if not grasp.force_closed:
         parts.append("not force-closed")
     return f"{status}: " + ", ".join(parts)

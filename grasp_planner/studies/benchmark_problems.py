@@ -39,7 +39,7 @@ def _sphere(rng: np.random.Generator) -> GraspObject:
 
 def _box(rng: np.random.Generator) -> GraspObject:
     x, y, z = (float(edge) for edge in rng.uniform(0.040, 0.080, 3))
-    return Box(x=x, y=y, z=z, mass=MASS)
+    return Box(x=x, y=y, z=z, mass=MASS, edge=0.005)
 
 
 def _capsule(rng: np.random.Generator) -> GraspObject:
@@ -65,8 +65,8 @@ OBJECTS: dict[str, Callable[[np.random.Generator], GraspObject]] = {
     "ellipsoid": _ellipsoid,
     **{f"mesh-{name}": partial(_mesh, name) for name in MESHES},
 }
-"""Random objects by kind: cylinders of 20–45 mm radius, spheres of 25–45 mm, boxes of 40–80 mm edges, capsules of
-20–40 mm radius, ellipsoids of 25–45 mm half axes, and three meshes of random scale."""
+"""Random objects by kind: cylinders of 20–45 mm radius, spheres of 25–45 mm, boxes of 40–80 mm rounded by 5 mm,
+capsules of 20–40 mm radius, ellipsoids of 25–45 mm half axes, and three meshes of random scale."""
 
 
 def object_kinds(names: Sequence[str]) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import pytest
 import trimesh
 
 import grasp_planner as gp
+from grasp_planner.grasp.verdict import on_edges
 from grasp_planner.model.contacts import Contacts
 from grasp_planner.multistart.problem_rows import BatchedProblem
 from grasp_planner.objects import triangles
@@ -118,8 +119,8 @@ def test_edge_distance_is_asked_for_where_there_are_edges(bracket_problem):
     """Meshes of a default problem have it; closed forms and the paper's problem do not."""
     term = EdgeDistance()
     assert term.wanted(bracket_problem)
-    assert not term.wanted(replace(bracket_problem, grasp_object=gp.Box()))
-    assert term.wanted(replace(bracket_problem, grasp_object=gp.Box(edge=0.001)))
+    assert not term.wanted(replace(bracket_problem, grasp_object=gp.Box(edge=0.003)))
+    assert term.wanted(replace(bracket_problem, grasp_object=gp.Box()))
     assert term.wanted(replace(bracket_problem, grasp_object=gp.Cylinder(caps=1, edge=0.001)))
     assert not term.wanted(replace(bracket_problem, grasp_object=gp.Cylinder(edge=0.001)))
     assert not term.wanted(gp.GraspProblem.paper(bracket_problem.hand, bracket_problem.grasp_object))
@@ -177,6 +178,24 @@ def test_a_contact_on_an_edge_is_a_violation(bracket_problem):
         contacts = Contacts(point[None], np.array([[1.0, 0.0, 0.0]]), np.zeros(1))
         grasp = SimpleNamespace(problem=bracket_problem, surface_contacts=contacts)
         assert EdgeDistance().violation(grasp) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("edge", "words"), [(0.001, "on an edge: thumb 90°"), (0.004, "on an edge rounded by 4 mm: thumb")]
+)
+def test_the_verdict_names_who_is_on_which_edge(bracket_problem, edge, words):
+    """One fingertip on the middle of an edge, the others on the middle of a face."""
+    box = gp.Box(0.04, 0.06, 0.08, edge=edge)
+    slope = np.array([np.sqrt(0.5), np.sqrt(0.5), 0.0])
+    points = np.tile([0.02, 0.0, 0.0], (len(bracket_problem.frames), 1))
+    normals = np.tile([-1.0, 0.0, 0.0], (len(points), 1))
+    thumb = [frame.name for frame in bracket_problem.frames].index("thumb")
+    points[thumb], normals[thumb] = [0.02 - edge, 0.03 - edge, 0.0] + edge * slope, -slope
+    problem = replace(bracket_problem, grasp_object=box)
+    grasp = SimpleNamespace(problem=problem, surface_contacts=Contacts(points, normals, np.zeros(len(points))))
+    assert on_edges(grasp) == words
+    grasp.problem = replace(bracket_problem, grasp_object=gp.Sphere())
+    assert on_edges(grasp) == ""
 
 
 def test_forces_have_to_stay_in_the_cones_of_the_triangles(bracket_problem):
