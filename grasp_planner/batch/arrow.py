@@ -6,12 +6,16 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from ..exceptions import FileFormatError
+from ..files.reading import opened_file
 from ..files.writing import replacing
 from .errors import BatchDependencyError, ResultsError
+from .parquet_pages import unpacked_bytes
 from .rows import Row
 
 try:
     import pyarrow as pa
+    import pyarrow.compute as pc
     import pyarrow.parquet as pq
 except ImportError:
     raise BatchDependencyError("pyarrow") from None
@@ -67,6 +71,9 @@ def write_part(table: pa.Table, path: Path) -> None:
 def read_part(path: Path, columns: Mapping[str, str], names: list[str], max_rows: int) -> pa.Table:
     """Read a Parquet file of a run.
 
+    Texts are read by their numbers in the dictionaries of the file first: a text may stand in it once and in the table
+    a million times.
+
     Args:
         path: The file.
         columns: Every column it has to have, and its type.
@@ -75,18 +82,43 @@ def read_part(path: Path, columns: Mapping[str, str], names: list[str], max_rows
 
     Raises:
         FileNotFoundError: If it is gone.
-        ResultsError: If it is damaged, too large, or has other columns.
+        ResultsError: If it is damaged, too large, no file but a device or a pipe, or has other columns.
     """
+    too_large = ResultsError(path, f"holds more than {max_rows} rows or {MAX_PART_BYTES} bytes")
     try:
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            meta, schema = file.metadata, file.schema_arrow
-            size = sum(meta.row_group(k).total_byte_size for k in range(meta.num_row_groups))
-            if meta.num_rows > max_rows or not 0 <= size <= MAX_PART_BYTES:
-                raise ResultsError(path, f"holds more than {max_rows} rows or {MAX_PART_BYTES} bytes")
-            if not schema.equals(schema_of(columns)):
+        with opened_file(path, MAX_PART_BYTES) as file, pq.ParquetFile(file) as head:
+            meta, wanted = head.metadata, set(names)
+            if not head.schema_arrow.equals(schema_of(columns)):
                 raise ResultsError(path, "has other columns than the run")
-            return file.read(names, use_threads=False).select(names)
+            groups = [meta.row_group(number) for number in range(meta.num_row_groups)]
+            chunks = [group.column(number) for group in groups for number in range(group.num_columns)]
+            chunks = [chunk for chunk in chunks if chunk.path_in_schema.partition(".")[0] in wanted]
+            if meta.num_rows > max_rows or unpacked_bytes(file, chunks) > MAX_PART_BYTES:
+                raise too_large
+            texts = sorted({chunk.path_in_schema for chunk in chunks if chunk.physical_type == "BYTE_ARRAY"})
+            options = {"page_checksum_verification": True, "metadata": meta, "read_dictionary": texts}
+            with pq.ParquetFile(file, **options) as parquet:
+                table = parquet.read(names, use_threads=False).select(names)
+            if sum(_text_bytes(chunk) for column in table.columns for chunk in column.chunks) > MAX_PART_BYTES:
+                raise too_large
+            return table.cast(schema_of({name: columns[name] for name in names}))
     except FileNotFoundError:
         raise
+    except FileFormatError as error:
+        raise ResultsError(path, error.reason) from None
     except (OSError, pa.ArrowException, ValueError, MemoryError) as error:
         raise ResultsError(path, f"can't be read ({(str(error).splitlines() or ['?'])[0]})") from None
+
+
+def _text_bytes(array: pa.Array) -> int:
+    """Return the bytes of all texts of an array once each stands where it is used."""
+    if pa.types.is_dictionary(array.type):
+        if len(array.dictionary) == 0:
+            return 0
+        lengths = pc.binary_length(array.dictionary).take(array.indices)
+        return int(pc.sum(lengths.cast(pa.int64())).as_py() or 0)
+    if pa.types.is_list(array.type):
+        return _text_bytes(array.values)
+    if pa.types.is_struct(array.type):
+        return sum(_text_bytes(array.field(number)) for number in range(array.type.num_fields))
+    return 0

@@ -18,6 +18,8 @@ from .run_files import DamagedRunWarning, RunInfo
 
 MAX_LINE_BYTES = 50_000_000
 """Longest line that is read."""
+MAX_JOURNAL_BYTES = 250_000_000
+"""How much of a journal is read: it is written for 500 rows at most."""
 _SEAL = b',"crc32":"%08x"}\n'
 
 
@@ -41,11 +43,18 @@ class JournalLine:
 
 
 def journal_lines(journal: Path, info: RunInfo) -> Iterator[JournalLine]:
-    """Yield the lines of one journal; none if it has become a Parquet file since it was listed."""
+    """Yield the lines of one journal, one that is none if it is too long to be one.
+
+    Yields:
+        The lines; none if the journal has become a Parquet file since it was listed.
+    """
     if not journal.is_file():
         return
     with journal.open("rb") as file:
         while line := file.readline(MAX_LINE_BYTES):
+            if file.tell() > MAX_JOURNAL_BYTES:
+                yield JournalLine(None)
+                return
             yield JournalLine(_row_of(line, info), torn=not line.endswith(b"\n") and len(line) < MAX_LINE_BYTES)
 
 

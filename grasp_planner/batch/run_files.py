@@ -6,7 +6,6 @@ again.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import warnings
@@ -18,8 +17,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ..exceptions import FileFormatError, InvalidValueError
+from ..files.reading import hash_of_file, read_bounded
 from ..files.text import read_text_file
-from .arrow import COLUMN_TYPES, read_part, schema_of
+from .arrow import COLUMN_TYPES, MAX_PART_BYTES, read_part, schema_of
 from .errors import ResultsError
 from .rows import columns
 
@@ -214,13 +214,14 @@ def file_sum(path: Path) -> str:
 
     Raises:
         FileNotFoundError: If it is gone.
-        ResultsError: If it can't be read.
+        ResultsError: If it can't be read, is no file, or too large.
     """
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return hash_of_file(path, MAX_PART_BYTES)
     except FileNotFoundError:
         raise
+    except FileFormatError as error:
+        raise ResultsError(path, error.reason) from None
     except OSError as error:
         raise ResultsError(path, f"can't be read: {error.strerror}") from None
 
@@ -228,8 +229,8 @@ def file_sum(path: Path) -> str:
 def read_sums(folder: Path) -> dict[str, str]:
     """Return the checksums of the Parquet files, by name; lines that are none are left out."""
     try:
-        text = (folder / SUMS).read_bytes()[:MAX_INFO_BYTES].decode(errors="replace")
-    except OSError:
+        text = read_bounded(folder / SUMS, MAX_INFO_BYTES).decode(errors="replace")
+    except FileFormatError:
         return {}
     return {name: value for value, name in re.findall(r"^([0-9a-f]{64})  results/(\S+)$", text, re.MULTILINE)}
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import io
 import os
+import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 from ..exceptions import FileFormatError
@@ -36,3 +41,43 @@ def read_bounded(path: Path, max_bytes: int) -> bytes:
     if len(data) > max_bytes:
         raise FileFormatError(path, f"larger than the {max_bytes} bytes allowed")
     return data
+
+
+@contextlib.contextmanager
+def opened_file(path: Path, max_bytes: int) -> Iterator[io.BufferedReader]:
+    """Open a file for reading that is a file, and not too large: no device, no pipe that keeps the reader waiting.
+
+    Args:
+        path: The file.
+        max_bytes: Largest size that is opened.
+
+    Yields:
+        The open file.
+
+    Raises:
+        OSError: If it can't be opened.
+        FileFormatError: If it is no file, or larger.
+    """
+    handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise FileFormatError(path, "is no file but a folder, a device or a pipe")
+    with os.fdopen(handle, "rb") as file:
+        if os.fstat(handle).st_size > max_bytes:
+            raise FileFormatError(path, f"larger than the {max_bytes} bytes allowed")
+        yield file
+
+
+def hash_of_file(path: Path, max_bytes: int) -> str:
+    """Return the SHA-256 of a file, read piece by piece.
+
+    Args:
+        path: The file.
+        max_bytes: Largest size that is read.
+
+    Raises:
+        OSError: If it can't be read.
+        FileFormatError: If it is no file, or larger.
+    """
+    with opened_file(path, max_bytes) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -101,7 +101,7 @@ class AppendedFile:
     """
 
     def __init__(self, path: Path) -> None:
-        self._handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        self._handle = _open_to_append(path)
         self._size = os.fstat(self._handle).st_size
         sync_folder(path.parent)
 
@@ -137,7 +137,12 @@ def open_log(path: Path) -> IO[bytes]:
     Raises:
         OSError: If it can't be opened.
     """
-    return path.open("ab", buffering=0)
+    return os.fdopen(_open_to_append(path), "ab", buffering=0)
+
+
+def _open_to_append(path: Path) -> int:
+    """Open a file at its end; a pipe that nobody reads is an error and does not keep the call waiting."""
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC | os.O_NONBLOCK, 0o666)
 
 
 def take_lock(path: Path) -> int | None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..exceptions import FileFormatError
+from ..files.reading import hash_of_file
 from ..files.text import read_text_file
 from ..values import Value
 from .description import HandDescription, hand_library
@@ -16,6 +17,8 @@ MAX_KEPT_CHARACTERS = 400_000
 """Most characters of text that a record keeps of a hand; of more it has the hash only."""
 MAX_FILE_BYTES = 20_000_000
 """Largest file whose text is read."""
+MAX_HASHED_BYTES = 200_000_000
+"""Largest file that has a hash."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,8 +71,8 @@ def hand_source(path: Path, description: HandDescription, urdf: Path, collision_
 
 
 def file_hash(path: str) -> str:
-    """Return the hash of a file; empty if it can't be read."""
+    """Return the hash of a file; empty if it can't be read, is none (a device, a pipe) or too large."""
     try:
-        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-    except OSError:
+        return hash_of_file(Path(path), MAX_HASHED_BYTES)
+    except (OSError, ValueError, FileFormatError):  # a zero byte in the name is a ValueError
         return ""

@@ -11,7 +11,8 @@ import coal
 import numpy as np
 
 from ..exceptions import FileFormatError
-from ..files.reading import MESH_SUFFIXES
+from ..files.reading import MESH_SUFFIXES, read_bounded
+from ..files.scenes import check_scene
 from .urdf_meshes import find_mesh, package_folders
 
 MAX_MESH_BYTES = 100_000_000
@@ -152,7 +153,10 @@ def _solid_defects(name: str, path: Path) -> list[str]:
     if path.suffix.lower() not in MESH_SUFFIXES:
         return [f"mesh {name!r} is none of {', '.join(MESH_SUFFIXES)}"]
     try:
+        check_scene(path, read_bounded(path, MAX_MESH_BYTES))
         triangles = int(coal.MeshLoader().load(str(path), np.ones(3)).num_tris)
+    except FileFormatError as error:
+        return [f"mesh {name!r} {error.reason}"]
     except Exception:  # Assimp has many ways to fail
         triangles = 0
     if not triangles:

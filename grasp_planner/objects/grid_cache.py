@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import math
 import os
 import time
 import warnings
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
-from zipfile import BadZipFile
+from typing import TYPE_CHECKING, BinaryIO
+from zipfile import ZIP_STORED, BadZipFile, ZipFile
 
 import numpy as np
 import numpy.typing as npt
 
 from ..exceptions import FileFormatError
+from ..files.reading import opened_file
 from ..files.writing import PART_SUFFIX, make_folder, replacing
 from .distance_grid import MAX_NODES, DistanceGrid, GridAxes, build_distance_grid
 
@@ -31,6 +33,8 @@ CACHE_VERSION = 6
 """Raised whenever grids are built, or written, in another way."""
 MAX_CACHE_BYTES = 2_000_000_000
 """Size of the folder above which entries are deleted."""
+MAX_ENTRY_BYTES = 4 * MAX_NODES + 100_000
+"""Largest entry that is read: the nodes as single-precision numbers and little else."""
 STALE_S = 86400.0
 """Age at which a file that was not finished is deleted [s]."""
 
@@ -101,10 +105,12 @@ def _load(path: Path) -> DistanceGrid | None:
 def _sound(path: Path) -> DistanceGrid | None:
     """Return a stored grid; None if it is damaged."""
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
-            arrays = [data[key] for key in ("low", "high", "scalars", "coefficients")]
-            if not np.array_equal(data["checksum"], _checksum(arrays)):
-                return None
+        with opened_file(path, MAX_ENTRY_BYTES) as file:
+            _check_headers(file)
+            with np.load(file, allow_pickle=False) as data:
+                arrays = [data[key] for key in ("low", "high", "scalars", "coefficients")]
+                if not np.array_equal(data["checksum"], _checksum(arrays)):
+                    return None
         low, high, scalars, coefficients = arrays
         resolution, margin, error = scalars.tolist()
         n_x, n_y, n_z = coefficients.shape
@@ -115,6 +121,7 @@ def _sound(path: Path) -> DistanceGrid | None:
         return DistanceGrid(axes, coefficients, error) if sound and np.isfinite(coefficients).all() else None
     except (
         OSError,
+        FileFormatError,
         ValueError,
         KeyError,
         ArithmeticError,
@@ -125,6 +132,26 @@ def _sound(path: Path) -> DistanceGrid | None:
         BadZipFile,
     ):
         return None
+
+
+def _check_headers(file: BinaryIO) -> None:
+    """Check before anything is unpacked that the arrays of an entry are as large as they say, and not compressed.
+
+    Raises:
+        ValueError: If they are not.
+    """
+    with ZipFile(file) as archive:
+        for info in archive.infolist():
+            with archive.open(info) as array:
+                if np.lib.format.read_magic(array) != (1, 0) or info.compress_type != ZIP_STORED:
+                    raise ValueError(info.filename)
+                shape, _, dtype = np.lib.format.read_array_header_1_0(array)
+                if (
+                    array.tell() + math.prod(shape) * dtype.itemsize != info.file_size
+                    or info.file_size > MAX_ENTRY_BYTES
+                ):
+                    raise ValueError(info.filename)
+    file.seek(0)
 
 
 def _checksum(arrays: Iterable[npt.NDArray[np.generic]]) -> npt.NDArray[np.uint8]:

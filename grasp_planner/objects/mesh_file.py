@@ -17,6 +17,7 @@ import numpy as np
 from ..exceptions import FileFormatError
 from ..files.quiet import quiet
 from ..files.reading import MESH_SUFFIXES, read_bounded
+from ..files.scenes import check_scene
 from ..files.text import refuse_entities
 from .holes import thickened
 from .mending import Solid, mended
@@ -73,13 +74,14 @@ def _read(path: Path) -> trimesh.Trimesh:
             refuse_entities(path, data.decode("utf-8"))
         except UnicodeDecodeError:
             raise FileFormatError(path, "is not UTF-8 text") from None
+    check_scene(path, data)
     try:
         with warnings.catch_warnings(), quiet("trimesh"):
             warnings.simplefilter("ignore")
-            options = {"skip_materials": True} if suffix == ".obj" else {}
+            options = {"skip_materials": True} if suffix in (".obj", ".glb") else {}
             mesh = trimesh.load_mesh(io.BytesIO(data), file_type=suffix[1:], process=False, **options)
             if isinstance(mesh, trimesh.Scene):
-                mesh = mesh.to_mesh()
+                mesh = _one_mesh(mesh)
     except Exception as error:
         reason = _no_number(data) or (str(error) or type(error).__name__).splitlines()[0][:80]
         raise FileFormatError(path, f"is not a valid {suffix[1:].upper()} mesh: {reason}") from None
@@ -88,6 +90,19 @@ def _read(path: Path) -> trimesh.Trimesh:
     if len(mesh.faces) > MAX_FACES:
         raise FileFormatError(path, f"{len(mesh.faces)} triangles, more than the {MAX_FACES} allowed")
     return _cleaned(path, mesh, data)
+
+
+def _one_mesh(scene: trimesh.Scene) -> trimesh.Trimesh:
+    """Return a scene as one mesh.
+
+    Raises:
+        ValueError: If its meshes are used so often that there would be too many triangles.
+    """
+    names = [scene.graph[node][1] for node in scene.graph.nodes_geometry]
+    faces = sum(len(getattr(scene.geometry[name], "faces", ())) for name in names)
+    if faces > MAX_FACES:
+        raise ValueError(f"{faces} triangles, more than the {MAX_FACES} allowed")
+    return scene.to_mesh()
 
 
 def _no_number(data: bytes) -> str:
