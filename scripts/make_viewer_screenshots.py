@@ -93,13 +93,13 @@ def show_grasp(camera: Camera) -> None:
 def show_synergies(camera: Camera) -> None:
     """Take a moved synergy slider, the closing hand and the handles."""
     viewer, first = camera.viewer, camera.viewer.session.grasp
-    viewer.grasp_panel.pin.value = True
+    viewer.compare.pin.value = True
     slider = viewer.synergies.sliders[0]
     slider.value = slider.value + 0.35
     camera.take("synergies", tab="Synergies")
     camera.take("joints", scroll=1.0)
     camera.take("compare", tab="Grasp")
-    viewer.grasp_panel.unpin.value = True
+    viewer.compare.unpin.value = True
     viewer.worker.submit(lambda: viewer.session.show(first))
     viewer.worker.drain(60.0)
     viewer.synergies.move_hand.value = viewer.synergies.move_object.value = True

@@ -7,18 +7,18 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
 import viser
 
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
-from ..spatial import Array
 from .animation import Animator
 from .first_grasp import first_grasp
 from .gallery import Gallery
 from .ladder_card import LadderCard
 from .page_script import send_script
 from .palette import add_commands
+from .panels.chapters import COMPARE, GRASP, PLAN, SYNERGIES, TASK, WHY
+from .panels.compare import ComparePanel
 from .panels.display import DisplayPanel
 from .panels.grasp import GraspPanel
 from .panels.plan import PlanPanel
@@ -26,10 +26,12 @@ from .panels.problem import ProblemPanel
 from .panels.run import RunPanel
 from .panels.share import SharePanel
 from .panels.synergies import SynergyPanel
+from .panels.task import TaskPanel
+from .panels.why import WhyPanel
 from .panels.widgets import FieldError
 from .plan_control import PlanControl
 from .problem_edits import ProblemEdits
-from .push import push_from
+from .push_control import PushControl
 from .row_links import RowLinks
 from .run_control import RunControl
 from .scene.draw_grasp import fitting_scale
@@ -128,22 +130,32 @@ class GraspViewer:
         if rows is not None:
             with tabs.add_tab("Run"):
                 self.run_panel = RunPanel(gui, rows, lambda: self._later(self._choose_rows, "filter"))
-        with tabs.add_tab("Grasp"):
+        with tabs.add_tab(GRASP):
             self.grasp_panel = GraspPanel.add(gui)
-        with tabs.add_tab("Synergies"):
+        with tabs.add_tab(SYNERGIES):
             self.synergies = SynergyPanel(gui, lambda: self._later(self._apply_sigma, "sigma"))
-        with tabs.add_tab("Plan"):
+        with tabs.add_tab(WHY):
+            self.why = WhyPanel(gui)
+        with tabs.add_tab(TASK):
+            self.task = TaskPanel(gui)
+        with tabs.add_tab(PLAN):
             self.plan = PlanPanel(
                 gui,
                 lambda: self._later(self._mark_dirty, "search"),
                 lambda rank: self._later(lambda: self.control.choose(rank)),
             )
             with gui.add_form(None) as form:
-                self.problem = ProblemPanel(gui, lambda: self._later(self._problem_changed, "problem"))
-            form.on_submit(lambda _: self.problem.typed.now())
+                changed = partial(self._later, self._problem_changed, "problem")
+                self.problem = ProblemPanel(gui, changed, self.task.form)
+            for each in (form, self.task.form):
+                each.on_submit(lambda _: self.problem.typed.now())
+        with tabs.add_tab(COMPARE):
+            self.compare = ComparePanel(gui)
+        self.plan.starters.append(self.compare.show_preset)
         with tabs.add_tab("View"):
             scale = fitting_scale(self.session.grasp)
-            self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"), scale)
+            own = {"springs": self.synergies.springs, "margin": self.why.margin}
+            self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"), scale, own)
         with tabs.add_tab("Share"):
             self.share = SharePanel(self.server, self.session, self._later)
 
@@ -164,21 +176,22 @@ class GraspViewer:
         picture.object_gizmo.on_update(
             lambda _: self._later(lambda: session.set_object_pose(pose_of(picture.object_gizmo)), "object")
         )
-        picture.clicked = lambda what: self._later(lambda: self._select(what))
-        grasp_panel = self.grasp_panel
-        for push in (grasp_panel.push, grasp_panel.push_size):
-            push.on_update(lambda _: self._later(self._apply_push, "push"))
-        picture.push_dragged = lambda point: self._later(lambda: self._push_from(point), "push")
+        picture.clicked = lambda what: self._later(lambda: session.select(what))
+        pushes = PushControl(session, self.why)
+        for push in (self.why.push, self.why.size):
+            push.on_update(lambda _: self._later(pushes.apply, "push"))
+        picture.push_dragged = lambda point: self._later(lambda: pushes.drag(point), "push")
         panel.story.on_update(lambda _: self._later(lambda: self.animator.tell(panel.story.value), "story"))
         picture.task_dragged = lambda point: self._later(lambda: self.edits.turn_task(point), "task")
         self.display.dark.on_update(lambda _: self.server.set_dark(self.display.dark.value))
         self.display.look.on_click(lambda event: self._look(event.client))
         self.grasp_panel.play.on_click(lambda _: self._later(self.animator.play))
-        self.grasp_panel.pin.on_click(lambda _: self._later(self._pin))
-        self.grasp_panel.unpin.on_click(lambda _: self._later(self._unpin))
+        compare = self.compare
+        compare.pin.on_click(lambda _: self._later(session.pin))
+        compare.unpin.on_click(lambda _: self._later(session.unpin))
         self.plan.plan.on_click(lambda _: self._later(self.control.start))
         self.plan.cancel.on_click(lambda _: self.planning.cancel())
-        self.plan.show_preset.on_click(lambda _: self._later(self.control.start_preset))
+        compare.show_preset.on_click(lambda _: self._later(lambda: self.control.start_preset(compare.preset.value)))
         self.plan.browse.on_click(lambda _: self._later(self.control.browse))
         if self.run is not None:
             self.run.connect(self._later)
@@ -189,7 +202,7 @@ class GraspViewer:
             (
                 ("Play closing", "C", self.animator.play),
                 ("Plan", "P", self.control.start),
-                ("Pin this grasp", "B", self._pin),
+                ("Pin this grasp", "B", session.pin),
                 ("Next result, or next row of the run", "N", lambda: self._step(1)),
                 ("Previous result, or previous row of the run", "V", lambda: self._step(-1)),
             ),
@@ -223,7 +236,8 @@ class GraspViewer:
         self.card.show()
         if session.preview is not None:
             return
-        self.grasp_panel.show(session)
+        for panel in (self.grasp_panel, self.why, self.task, self.compare):
+            panel.show(session)
         self.synergies.show(session)
         self.gallery.show()
         self.problem.show(session)
@@ -258,20 +272,6 @@ class GraspViewer:
         """Squeeze as the widgets say."""
         self.session.set_squeeze(self.synergies.squeeze.value, self.synergies.automatic.value)
 
-    def _apply_push(self) -> None:
-        """Try a push as the widgets say, at first from where the grasp is weakest."""
-        session, panel = self.session, self.grasp_panel
-        weakest = session.grasp.passive_margin.direction[:3]
-        way = weakest if session.push is None or not session.push.any() else session.push
-        session.push = panel.push_size.value * way / np.linalg.norm(way) if panel.push.value else None
-        session.dirty = True
-
-    def _push_from(self, point: Array) -> None:
-        """Try the push whose arrow begins at a point in the world [m]."""
-        push = push_from(np.array(self.session.live.object_pose.inverse().act(point)))
-        self.session.push = push * min(1.0, self.grasp_panel.push_size.max / max(float(np.linalg.norm(push)), 1e-9))
-        self.session.dirty = True
-
     def _apply_gizmos(self) -> None:
         """Show the handles as the boxes say."""
         self.picture.show_gizmos(self.synergies.move_hand.value, self.synergies.move_object.value)
@@ -281,18 +281,3 @@ class GraspViewer:
         clients = list(self.server.get_clients().values()) if client is None else [client]
         for each in clients:
             self._later(partial(self.picture.look, session=self.session, client=each))
-
-    def _select(self, what: tuple[str, int | str]) -> None:
-        """Select a contact or a link."""
-        self.session.selected = what
-        self.session.dirty = True
-
-    def _pin(self) -> None:
-        """Pin the grasp shown."""
-        self.session.pinned = self.session.grasp
-        self.session.dirty = True
-
-    def _unpin(self) -> None:
-        """Forget the pinned grasp."""
-        self.session.pinned = None
-        self.session.dirty = True

@@ -46,11 +46,11 @@ class PlanControl:
         """Whether the picture may follow the search: not after the user has moved something meanwhile."""
         return self.session.moves == self._moves
 
-    def start_preset(self) -> None:
-        """Plan a figure of the paper."""
+    def start_preset(self, title: str) -> None:
+        """Plan a figure of the paper, by its title."""
         if self.planning.busy:
             return
-        problem = paper_presets()[self.panel.preset.value].problem()
+        problem = paper_presets()[title].problem()
         start = standard_start(problem)
         self.session.show(Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma), "to be planned")
         self._start(replace(self.options, enough=ENOUGH), from_here=False)

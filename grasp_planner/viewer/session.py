@@ -177,6 +177,21 @@ class Session:
         self._follow(shown)
         self.dirty = True
 
+    def select(self, what: tuple[str, int | str]) -> None:
+        """Select a contact or a link: ("contact", index) or ("link", name)."""
+        self.selected = what
+        self.dirty = True
+
+    def pin(self) -> None:
+        """Keep the grasp shown to compare with."""
+        self.pinned = self.grasp
+        self.dirty = True
+
+    def unpin(self) -> None:
+        """Forget the pinned grasp."""
+        self.pinned = None
+        self.dirty = True
+
     def _follow(self, shown: Grasp | None) -> None:
         """Find the result shown again in a new order."""
         if shown is not None:

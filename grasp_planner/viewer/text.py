@@ -87,27 +87,33 @@ def reasons(grasp: Grasp) -> list[str]:
 
 
 def story(grasp: Grasp) -> str:
-    """Return three short paragraphs (Markdown): the synergies, why it holds, what the task does."""
+    """Return short paragraphs (Markdown): the synergies, why it holds, what the task does."""
+    return "\n\n".join([synergy_story(grasp), why_story(grasp), task_story(grasp)])
+
+
+def synergy_story(grasp: Grasp) -> str:
+    """Return how few motors move how many joints (Markdown)."""
     problem = grasp.problem
     n_s, n_q = problem.n_synergies, problem.hand.n_joints
     springs = "Springs in the joints let the fingers give way where they touch."
     few = f"{n_q} joints, but only **{n_s}** motor command{'s' if n_s > 1 else ''}"
     count = few if n_s < n_q else f"As many motor commands as joints, **{n_s}**: nothing is saved yet"
-    parts = [f"**Synergies.** {count}; each synergy moves all fingers together. {springs}"]
+    return f"**Synergies.** {count}; each synergy moves all fingers together. {springs}"
+
+
+def why_story(grasp: Grasp) -> str:
+    """Return why the grasp holds, or why not, and what it withstands (Markdown)."""
+    if not grasp.feasible:
+        return "**Why it does not hold.** " + "; ".join(reasons(grasp)[:2]) + "."
     weakest = int(grasp.friction_margins.argmin())
-    name, margin = problem.frames[weakest].name, float(grasp.friction_margins[weakest])
-    if grasp.feasible:
-        share = grasp.force_norm / grasp.force_norm_floor
-        spare = f"with {fixed(margin, 3)} N to spare" if margin > 1e-3 else "right at the edge of its cone"
-        parts.append(
-            f"**Why it holds.** Every red force stays inside its cone; the closest call is **{name}**, {spare}. "
-            f"The hand presses {fixed(share)} × as hard as the best hand would have to at these points."
-        )
-        parts.append(withstands(grasp))
-    else:
-        parts.append("**Why it does not hold.** " + "; ".join(reasons(grasp)[:2]) + ".")
-    parts.append(task_story(grasp))
-    return "\n\n".join(parts)
+    name, margin = grasp.problem.frames[weakest].name, float(grasp.friction_margins[weakest])
+    share = grasp.force_norm / grasp.force_norm_floor
+    spare = f"with {fixed(margin, 3)} N to spare" if margin > 1e-3 else "right at the edge of its cone"
+    return (
+        f"**Why it holds.** Every red force stays inside its cone; the closest call is **{name}**, {spare}. "
+        f"The hand presses {fixed(share)} × as hard as the best hand would have to at these points."
+        f"\n\n{withstands(grasp)}"
+    )
 
 
 def task_story(grasp: Grasp) -> str:

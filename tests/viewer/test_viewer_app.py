@@ -10,6 +10,8 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.drawing import look
 from grasp_planner.records.grasp_record import grasp_record
+from grasp_planner.viewer.panels.chapters import ABOUT, CHAPTERS
+from grasp_planner.viewer.verdict_card import headline
 from grasp_planner.viewer.worker import Worker
 
 
@@ -49,6 +51,23 @@ def test_the_page_opens_with_a_feasible_grasp_and_its_verdict_on_top(viewer, gra
     assert "data-model='broken'" not in viewer.card.widget.content
     for word in ("F", "floor", "C", "angle", "α"):
         assert f">{word}</div>" in viewer.card.widget.content
+
+
+def test_every_chapter_says_what_it_is_about(viewer, client):
+    tabs = next(widget for widget in client.widgets.values() if "_tab_labels" in widget["props"])
+    assert tuple(tabs["props"]["_tab_labels"])[: len(CHAPTERS)] == CHAPTERS
+    texts = [widget["props"].get("content", "") for widget in client.widgets.values()]
+    for chapter in CHAPTERS:
+        assert any(ABOUT[chapter] in text for text in texts)
+    assert set(ABOUT) == set(CHAPTERS)
+
+
+def test_the_task_chapter_tells_what_the_task_costs(viewer, grasp):
+    viewer.problem.axis.value = "+z"
+    settle(viewer)
+    assert "force:0,0,1" in viewer.task._story.content
+    for symbol, value, _ in headline(viewer.session.grasp):
+        assert f"| {symbol} | {value} |" in viewer.task._costs.content
 
 
 def test_a_synergy_slider_moves_the_hand_and_the_verdict_follows(viewer):
@@ -197,12 +216,12 @@ def test_what_is_shown_follows_the_boxes(viewer):
 
 
 def test_pinning_compares_two_grasps(viewer):
-    viewer.grasp_panel.pin.value = True
+    viewer.compare.pin.value = True
     viewer.synergies.count.value = 3
     settle(viewer)
-    assert "pinned" in viewer.grasp_panel._compared.content
+    assert "pinned" in viewer.compare.compared.content
     assert viewer.server.scene.get_handle_by_name("/ghost_pinned").visible
-    viewer.grasp_panel.unpin.value = True
+    viewer.compare.unpin.value = True
     settle(viewer)
     assert viewer.session.pinned is None
 
@@ -365,9 +384,9 @@ def test_the_hand_follows_the_sliders_while_planning(viewer, easy_problem):
 
 @pytest.mark.slow
 def test_a_preset_plans_a_figure_of_the_paper(viewer):
-    viewer.plan.preset.value = next(name for name in viewer.plan.preset.options if name.startswith("15"))
+    viewer.compare.preset.value = next(name for name in viewer.compare.preset.options if name.startswith("15"))
     viewer.plan.enough.value, viewer.plan.starts.value = 1, 10
-    viewer.plan.show_preset.value = True
+    viewer.compare.show_preset.value = True
     until(lambda: viewer.planning.busy)
     until(lambda: not viewer.planning.busy, 90.0)
     settle(viewer)

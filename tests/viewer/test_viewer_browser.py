@@ -47,11 +47,11 @@ def test_plan_shows_progress_and_a_result_and_can_be_cancelled(page, viewer, eas
 
 
 def test_a_preset_of_the_paper_is_one_click(page, viewer):
-    viewer.plan.preset.value = next(name for name in viewer.plan.preset.options if name.startswith("15"))
+    viewer.compare.preset.value = next(name for name in viewer.compare.preset.options if name.startswith("15"))
     viewer.plan.enough.value, viewer.plan.starts.value = 1, 8
-    page.tab("Plan")
+    page.tab("Compare")
     page.button("Plan this figure").click()
-    page.page.get_by_text("done").wait_for(timeout=120_000)
+    until(lambda: viewer.session.results and not viewer.planning.busy, 120.0)
     assert viewer.session.problem.n_synergies == 15
     assert viewer.session.results
 
@@ -137,7 +137,7 @@ def test_a_second_task_is_typed_key_by_key_and_the_page_has_a_title(browser, vie
     page = Page(browser, viewer.url)
     page.page.wait_for_function("document.title === 'Grasp viewer'")
     assert not page.page.locator(".tabler-icon-adjustments").is_visible(), "nothing for developers"
-    page.tab("Plan")
+    page.tab("Task")
     field = page.row("More tasks")
     field.click()
     field.press_sequentially("torque:+z", delay=120)

@@ -182,7 +182,7 @@ def test_all_numbers_of_all_requirements_are_listed(grasp):
 
 def test_results_are_ranked_feasible_first(grasp):
     session = Session(grasp)
-    worse = gp.Grasp(grasp.problem, grasp.joint_angles, grasp.palm_pose, 2.0 * grasp.delta_sigma)
+    worse = gp.Grasp(grasp.problem, grasp.joint_angles - 0.2, grasp.palm_pose, grasp.delta_sigma)
     assert session.add_result(worse)
     assert session.add_result(grasp)
     assert session.results[0] is grasp

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from grasp_planner.drawing import look
 from grasp_planner.judge.margins import SLIPPED
 from grasp_planner.viewer.closing_story import HELD, ClosingStory
 from grasp_planner.viewer.push import LOST, push_arrow, push_from, pushed
-from grasp_planner.viewer.scene.draw_springs import WIDTH, zigzag
+from grasp_planner.viewer.scene.draw_push import finger_colours
+from grasp_planner.viewer.scene.draw_springs import WIDTH, resting_springs, zigzag
 
 
 def settle(viewer):
@@ -101,17 +103,53 @@ def test_playing_the_closing_ends_in_the_grasp(viewer, grasp):
 
 
 def test_a_push_is_tried_from_the_weakest_side_and_dragged(viewer, grasp):
-    panel = viewer.grasp_panel
-    panel.push_size.value = 0.5
+    panel = viewer.why
+    panel.size.value = 0.5
     panel.push.value = True
     settle(viewer)
     np.testing.assert_allclose(viewer.session.push, 0.5 * grasp.passive_margin.direction[:3])
-    assert "of its friction" in panel._answer.content
+    assert "of its friction" in panel.answer.content
     assert viewer.picture._push.handle.visible
+    assert viewer.picture._push._held.scale == pytest.approx(np.linalg.norm(push_begin(grasp.passive_margin.size)))
+    colours = {tuple(mesh.color) for mesh in viewer.picture._hand.meshes.values()}
+    assert look.HAND not in colours, "every finger has the colour of its share"
     viewer.picture.push_dragged(np.array([0.0, 0.0, -0.1]))
     settle(viewer)
-    np.testing.assert_allclose(viewer.session.push / panel.push_size.value, [0.0, 0.0, 1.0], atol=1e-6)
+    np.testing.assert_allclose(viewer.session.push / panel.size.value, [0.0, 0.0, 1.0], atol=1e-6)
     panel.push.value = False
     settle(viewer)
     assert viewer.session.push is None
     assert not viewer.picture._push.handle.visible
+    assert look.HAND in {tuple(mesh.color) for mesh in viewer.picture._hand.meshes.values()}
+
+
+def push_begin(size):
+    """Return where the arrow of a push of some size begins; the pale sphere ends there for the largest one held."""
+    return push_arrow(np.array([size, 0.0, 0.0]))[0]
+
+
+def test_a_finger_has_the_colour_of_its_contact_and_shared_links_the_worst(grasp):
+    margin = grasp.passive_margin
+    answer = pushed(grasp, (1.02 * margin.size + SLIPPED) * margin.direction[:3])
+    colours = finger_colours(grasp, answer)
+    for frame, colour in zip(grasp.problem.frames, answer.colours, strict=True):
+        assert colours[frame.link] == tuple(colour)
+    assert grasp.problem.hand.description.palm.link not in colours
+    assert LOST in colours.values()
+
+
+def test_at_rest_springs_go_from_fingertips_to_where_the_motors_would_have_them(grasp, viewer):
+    springs, forces = resting_springs(grasp)
+    radii = np.linalg.norm(springs[:, 0] - grasp.contacts.points, axis=1)
+    np.testing.assert_allclose(radii, grasp.problem.radii, atol=1e-6)
+    gaps = np.linalg.norm(springs[:, 1] - springs[:, 0], axis=1)
+    assert (gaps > 1e-4).all(), "every finger presses"
+    np.testing.assert_allclose(forces, np.linalg.norm(grasp.forces, axis=1))
+    viewer.synergies.springs.value = True
+    settle(viewer)
+    assert viewer.picture._springs._lines.visible
+    assert viewer.picture._ghosts["reference"].visible
+    viewer.synergies.springs.value = False
+    settle(viewer)
+    assert not viewer.picture._springs._lines.visible
+    assert not viewer.picture._ghosts["reference"].visible

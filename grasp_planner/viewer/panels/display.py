@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import viser
 
@@ -21,7 +21,6 @@ BOXES = (
     ("torque_ellipsoid", "Torque ellipsoid", "The same for torques"),
     ("velocity_ellipsoid", "Velocity ellipsoid", "Motions per unit of synergy speed; needs 6 synergies"),
     ("torques", "Joint torques", "Arrows along the joint axes"),
-    ("margin", "Weakest push", "The push in newtons it resists least: beyond its length the grasp gives way"),
     ("reference_ghost", "Reference posture q_r", "Where the synergies alone would put the hand; springs do the rest"),
     ("seed_ghost", "Start of the search", ""),
     ("pinned_ghost", "Pinned grasp", ""),
@@ -32,7 +31,21 @@ BOXES = (
 class DisplayPanel:
     """Check boxes of everything drawn, and the scale of forces."""
 
-    def __init__(self, gui: viser.GuiApi, changed: Callable[[], None], force_scale: float) -> None:
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        changed: Callable[[], None],
+        force_scale: float,
+        elsewhere: Mapping[str, viser.GuiCheckboxHandle],
+    ) -> None:
+        """Add the widgets to the present container.
+
+        Args:
+            gui: The widgets of the page.
+            changed: Called when one of them has changed.
+            force_scale: Length of force arrows to begin with [mm/N].
+            elsewhere: Boxes that stand in the chapter they belong to, by the name of their option.
+        """
         initial = DisplayOptions()
         self.look = gui.add_button("Look at the grasp", icon=viser.Icon.FOCUS_CENTERED, hint="From where most is seen")
         self.dark = gui.add_checkbox("Dark", False, hint="Light writing on a dark ground")
@@ -41,6 +54,7 @@ class DisplayPanel:
             self.boxes[name] = gui.add_checkbox(label, bool(getattr(initial, name)), hint=hint or None)
         self.force_scale = gui.add_slider("Force arrows mm/N", 5.0, 150.0, 1.0, force_scale)
         self.notes = gui.add_markdown("")
+        self.boxes |= elsewhere
         for widget in self.boxes.values():
             widget.on_update(lambda _: changed())
         self.force_scale.on_update(lambda _: changed())

@@ -11,12 +11,10 @@ import viser
 
 from ...grasp.grasp import Grasp
 from .. import text
-from ..compare import compare_table
 from ..live import contact_share
-from ..push import pushed
 from ..scene.clearances import link_clearances
 from ..session import Session
-from .widgets import set_value
+from .chapters import GRASP, add_about
 
 LEGEND = (
     "<div style='font:12px system-ui,sans-serif;margin:2px 12px 6px;display:flex;flex-wrap:wrap;gap:2px 10px'>"
@@ -64,74 +62,40 @@ class GraspPanel:
 
     Attributes:
         play: Button that plays the closing.
-        pin: Button that pins the grasp for comparison.
-        unpin: Button that forgets it.
-        push: Whether a push is tried.
-        push_size: How strong [N].
     """
 
     play: viser.GuiButtonHandle
-    pin: viser.GuiButtonHandle
-    unpin: viser.GuiButtonHandle
-    push: viser.GuiCheckboxHandle
-    push_size: viser.GuiSliderHandle[float]
-    _answer: viser.GuiMarkdownHandle
     _story: viser.GuiMarkdownHandle
     _selected: viser.GuiMarkdownHandle
-    _compared: viser.GuiMarkdownHandle
     _blocks: list[viser.GuiMarkdownHandle]
 
     @classmethod
     def add(cls, gui: viser.GuiApi) -> GraspPanel:
         """Add the widgets to the present container."""
+        add_about(gui, GRASP)
         gui.add_html(LEGEND)
         play = gui.add_button("Play closing", icon=viser.Icon.PLAYER_PLAY, hint="Open the hand and close it again")
         story = gui.add_markdown("")
-        selected = gui.add_markdown("*Click a contact or a finger for its numbers.*")
-        with gui.add_folder("Push it"):
-            push = gui.add_checkbox("Push the object", False, hint="Drag the ball of the arrow, or its size below")
-            size = gui.add_slider("Push N", 0.0, 10.0, 0.05, 1.0, disabled=True)
-            answer = gui.add_markdown("")
-        with gui.add_folder("Compare"):
-            pin = gui.add_button("Pin this grasp", icon=viser.Icon.PIN, hint="Keep it as a ghost to compare with")
-            unpin = gui.add_button("Unpin", visible=False)
-            compared = gui.add_markdown("*Pin a grasp, then plan or move: both are drawn and listed side by side.*")
+        selected = gui.add_markdown("")
         blocks = []
         for block in BLOCKS:
             with gui.add_folder(block.title, expand_by_default=block.open):
                 blocks.append(gui.add_markdown(""))
-        return cls(play, pin, unpin, push, size, answer, story, selected, compared, blocks)
+        return cls(play, story, selected, blocks)
 
     def show(self, session: Session) -> None:
         """Show the numbers of the grasp."""
         grasp = session.grasp
         touching = contact_share(grasp) > 0.0
-        self._story.content = text.story(grasp)
+        self._story.content = text.why_story(grasp)
         for block, widget in zip(BLOCKS, self._blocks, strict=True):
             widget.content = block.words(grasp, touching)
-        self._show_push(session)
-        self.unpin.visible = session.pinned is not None
-        if session.pinned is not None:
-            self._compared.content = compare_table(grasp, session.pinned)
-        else:
-            self._compared.content = "*Pin a grasp, then plan or move: both are drawn and listed side by side.*"
         self._selected.content = self._details(session, grasp)
-
-    def _show_push(self, session: Session) -> None:
-        """Show the push and what every finger makes of it."""
-        push = session.push
-        self.push_size.disabled = push is None
-        if push is None or not session.grasp.feasible:
-            self._answer.content = "" if push is None else "*Only for a grasp that meets the model.*"
-            return
-        set_value(self.push_size, float(np.clip(np.linalg.norm(push), 0.0, self.push_size.max)))
-        names = [frame.name for frame in session.grasp.problem.frames]
-        self._answer.content = pushed(session.grasp, push).text(names)
 
     def _details(self, session: Session, grasp: Grasp) -> str:
         """Return the numbers of what was clicked."""
         if session.selected is None:
-            return "*Click a contact or a finger for its numbers.*"
+            return ""
         kind, which = session.selected
         if kind == "contact" and isinstance(which, int) and which < len(grasp.problem.frames):
             return text.contact_details(grasp, which)

@@ -11,7 +11,7 @@ from viser import uplot
 from ...grasp.grasp import IterationRecord
 from ...planning.planner import MOST_GRASPS
 from ...problem.search_options import PlannerOptions
-from ..presets import paper_presets
+from .chapters import PLAN, add_about
 from .gallery import GalleryPanel
 from .settings import SettingsPanel
 from .widgets import log10
@@ -21,7 +21,11 @@ POINTS = 400
 
 
 class PlanPanel:
-    """Widgets of the search."""
+    """Widgets of the search.
+
+    Attributes:
+        starters: Buttons that start a search; only while none runs.
+    """
 
     def __init__(
         self,
@@ -37,17 +41,13 @@ class PlanPanel:
             chosen: Called with the rank of a result that was clicked, from 0.
         """
         self._gui = gui
-        self.preset = gui.add_dropdown("Figures of the paper", tuple(paper_presets()))
-        self._about = gui.add_markdown("")
-        self.preset.on_update(lambda _: self._describe_preset())
-        self._describe_preset()
-        self.show_preset = gui.add_button("Plan this figure", icon=viser.Icon.PHOTO)
-        gui.add_divider()
+        add_about(gui, PLAN)
         self.count = gui.add_number(
             "Different grasps", 1, min=1, max=MOST_GRASPS, step=1, hint="How many to look for; the best comes first"
         )
         self.count.on_update(lambda _: typed())
         self.plan = gui.add_button("Plan", color="green", icon=viser.Icon.ROCKET, hint="Search in the background")
+        self.starters = [self.plan]
         self.cancel = gui.add_button("Cancel", color="red", disabled=True)
         self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
         self.status = gui.add_markdown("")
@@ -60,13 +60,10 @@ class PlanPanel:
             self.starts, self.enough = self.search.widgets["starts"], self.search.widgets["enough"]
             self.from_here = gui.add_checkbox("Start from the hand as it is", False)
 
-    def _describe_preset(self) -> None:
-        """Say what the chosen figure shows."""
-        self._about.content = paper_presets()[self.preset.value].about
-
     def set_running(self, running: bool) -> None:
         """Switch between Plan and Cancel."""
-        self.plan.disabled, self.show_preset.disabled = running, running
+        for button in self.starters:
+            button.disabled = running
         self.cancel.disabled = not running
         self.bar.visible = running
         if running:

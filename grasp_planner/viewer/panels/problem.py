@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import fields, replace
 from typing import Any
 
@@ -20,6 +21,7 @@ from ...problem.clearance_options import ClearanceOptions
 from ...problem.load_cases import LoadCases
 from ...problem.parameters import PAPER_WEIGHTS, GraspParameters
 from ...problem.problem import MOTION_SYNERGIES, GraspProblem, default_synergies
+from ..choices import size_range, usable_synergy_sets
 from ..session import Session
 from .settings import SettingsPanel
 from .widgets import Pause, TextField, log10, set_value
@@ -37,13 +39,22 @@ class ProblemPanel:
         notes: What the last change had to change besides, in words.
     """
 
-    def __init__(self, gui: viser.GuiApi, changed: Callable[[], None]) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, changed: Callable[[], None], task: AbstractContextManager[Any] | None = None
+    ) -> None:
+        """Add the widgets to the present container.
+
+        Args:
+            gui: The widgets of the page.
+            changed: Called when one of them has changed.
+            task: Another container for those of the task; a folder here if left out.
+        """
         self._gui, self._changed, self._version = gui, changed, -1
         self.typed = Pause(changed)
         self.notes: list[str] = []
         self._synced: dict[str, Any] = {}
         self._forced = False
-        with gui.add_folder("Task"):
+        with gui.add_folder("Task") if task is None else task:
             self._add_task()
         with gui.add_folder("Object"):
             self.kind = gui.add_dropdown("Shape", tuple(SHAPES))
@@ -223,7 +234,7 @@ class ProblemPanel:
             for widget in self._sizes.values():
                 widget.remove()
             with self._object_folder:
-                self._sizes = {name: self._gui.add_number(name, 0.1, **_range(name)) for name in values}
+                self._sizes = {name: self._gui.add_number(name, 0.1, **size_range(name)) for name in values}
             for widget in self._sizes.values():
                 widget.on_update(self.typed)
         for name, value in values.items():
@@ -275,26 +286,3 @@ class ProblemPanel:
             return  # picked on the page since the widgets were read: its own change is on its way
         set_value(widget, value)
         self._synced[name] = widget.value
-
-
-def usable_synergy_sets(hand: Hand) -> tuple[str, ...]:
-    """Return the names of the hand's synergy sets that can be read."""
-    found = []
-    for name in hand.synergy_set_names:
-        try:
-            hand.synergies(name)
-        except GraspPlannerError:
-            continue
-        found.append(name)
-    return tuple(found)
-
-
-def _range(name: str) -> dict[str, Any]:
-    """Return range and step of a size, by its name."""
-    if name == "mass":
-        return {"min": 0.001, "max": 20.0, "step": 0.01}
-    if name == "size":
-        return {"min": 0.1, "max": 10.0, "step": 0.01}
-    if name == "caps":
-        return {"min": 0.0, "max": 1.0, "step": 1.0}
-    return {"min": 1e-4, "max": 1.0, "step": 0.001}

@@ -13,16 +13,12 @@ from ...grasp.grasp import Grasp
 from ...problem.problem import GraspProblem
 from ...spatial import Array
 from ..session import Session
-from ..text import fixed
+from ..text import fixed, synergy_story
+from .chapters import SYNERGIES, add_about
 from .widgets import set_value
 
 REACH = 2.0
 """Range of the synergy sliders to both sides [rad]."""
-STORY = (
-    "<div style='font:13px/1.45 system-ui,sans-serif;margin:6px 12px 0'><b>From open to held.</b> Drag: few motors "
-    "move all fingers; they touch one after the other. The <span style='color:#965adc'>ghost</span> is where the "
-    "motors alone would put them: the gap is a spring, and its newtons hold the object.</div>"
-)
 LISTED = 6
 """Synergies whose limits are listed."""
 LABEL_WIDTH = 0.9
@@ -39,11 +35,13 @@ class SynergyPanel:
 
     def __init__(self, gui: viser.GuiApi, changed: Callable[[], None]) -> None:
         self._gui, self._changed, self._version = gui, changed, -1
-        gui.add_html(STORY)
+        add_about(gui, SYNERGIES)
         self.story = gui.add_slider(
             "Close", 0.0, 2.0, 0.01, 2.0, marks=((0.0, "open"), (1.0, "touch"), (2.0, "held")), hint="Drag to the left"
         )
         self.count = gui.add_slider("Synergies n_s", 1, 15, 1, 3, hint="How many motor commands the hand has")
+        self.springs = gui.add_checkbox("Springs", False, hint="The gap between motors and fingers, in newtons")
+        self._words = gui.add_markdown("")
         self._folder = gui.add_folder("σ [rad]; the marks are joint limits")
         self.sliders: list[viser.GuiSliderHandle[float]] = []
         self._range = gui.add_markdown("")
@@ -71,6 +69,7 @@ class SynergyPanel:
         ranges = synergy_ranges(problem, live.sigma, live.offset - live.bend)
         self._range.content = limits_text(ranges)
         self._joints.content = joint_text(session.grasp)
+        self._words.content = synergy_story(session.grasp)
         self.squeeze.disabled = session.automatic_squeeze
         if self._version != session.version:
             self._version = session.version

@@ -49,6 +49,7 @@ class DisplayOptions:
     torques: bool = False
     clearances: bool = True
     margin: bool = False
+    springs: bool = False
     labels: bool = False
     force_scale: float = look.FORCE_SCALE_MM
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+import pinocchio as pin
 import viser
 
 from ...drawing import look
-from ..push import PushedGrasp, push_arrow
+from ...grasp.grasp import Grasp
+from ..push import PUSH_BEGINS, PUSH_SCALE, PushedGrasp, push_arrow
 from .draw_grasp import ROOT
 
 
@@ -23,12 +27,46 @@ class PushDrawing:
             f"{ROOT}/push", none, look.PUSH, shaft_radius=0.0024, head_radius=0.006, head_length=0.012
         )
         self.handle = scene.add_icosphere(f"{ROOT}/push_ball", radius=0.007, color=look.PUSH)
-        self.draw(None)
+        self._held = scene.add_icosphere(
+            f"{ROOT}/push_held", radius=1.0, color=look.PUSH, opacity=0.08, cast_shadow=False, receive_shadow=False
+        )
+        self.draw(None, 0.0)
 
-    def draw(self, pushed: PushedGrasp | None) -> None:
-        """Show a push; nothing if there is none."""
+    def draw(self, pushed: PushedGrasp | None, margin: float) -> None:
+        """Show a push, and the sphere in which its ball may be while everything holds.
+
+        Args:
+            pushed: The answer to the push; None for none.
+            margin: Largest push from the weakest side that is held [N].
+        """
         self._arrow.visible = self.handle.visible = pushed is not None
+        self._held.visible = pushed is not None and math.isfinite(margin)
+        if self._held.visible:
+            self._held.scale = PUSH_BEGINS + PUSH_SCALE * margin
         if pushed is not None:
             arrow = push_arrow(pushed.push)
             self._arrow.points = arrow[None].astype(np.float32)
             self.handle.position = arrow[0]
+
+
+def finger_colours(grasp: Grasp, pushed: PushedGrasp) -> dict[str, look.Colour]:
+    """Return the colours of the links of all fingers, by the share of its friction that each uses.
+
+    Args:
+        grasp: The grasp.
+        pushed: How it answers to a push.
+
+    Returns:
+        Colours by link; a link of several fingers has that of the one that is nearest to slipping.
+    """
+    model, frames = grasp.problem.hand.model, grasp.problem.frames
+    chains = [set(model.supports[frame.joint_id].tolist()[1:]) for frame in frames]
+    order = np.argsort(pushed.use)
+    colours: dict[str, look.Colour] = {}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            for index in order:
+                if frame.parentJoint in chains[index]:
+                    red, green, blue = (int(part) for part in pushed.colours[index])
+                    colours[frame.name] = red, green, blue
+    return colours

@@ -6,6 +6,8 @@ import numpy as np
 import viser
 
 from ...drawing import look
+from ...grasp.grasp import Grasp
+from ...model.contacts import fingertip_positions
 from ...spatial import Array
 from .draw_grasp import ROOT
 
@@ -35,6 +37,17 @@ class SpringDrawing:
             label.visible = index < len(springs)
             if index < len(springs):
                 label.text, label.position = f"{forces[index]:.1f} N", springs[index].mean(axis=0)
+
+
+def resting_springs(grasp: Grasp) -> tuple[Array, Array]:
+    """Return the springs of a grasp at rest: from its fingertips to where the motors alone would put them.
+
+    Returns:
+        Both ends in O [m], of shape (n_c, 2, 3), and how hard the finger presses [N], of shape (n_c,).
+    """
+    hand, frames, palm = grasp.problem.hand, grasp.problem.frames, grasp.palm_pose
+    ends = [fingertip_positions(hand, frames, q, palm) for q in (grasp.joint_angles, grasp.reference_joint_angles)]
+    return np.stack(ends, axis=1), np.linalg.norm(grasp.forces, axis=1)
 
 
 def zigzag(begin: Array, end: Array) -> Array:

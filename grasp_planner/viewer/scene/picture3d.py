@@ -11,6 +11,7 @@ import viser
 
 from ...drawing import look
 from ...drawing.camera import FIELD_OF_VIEW, good_view
+from ...drawing.look import Colour
 from ...grasp.grasp import Grasp
 from ...hand.hand import Hand
 from ...problem.problem import GraspProblem
@@ -23,8 +24,8 @@ from .clearances import link_clearances
 from .draw_extras import EXTRAS, ExtraDrawing
 from .draw_grasp import DisplayOptions, GraspDrawing
 from .draw_hand import HandDrawing, place
-from .draw_push import PushDrawing
-from .draw_springs import SpringDrawing
+from .draw_push import PushDrawing, finger_colours
+from .draw_springs import SpringDrawing, resting_springs
 
 GHOSTS = {"reference": look.REFERENCE_GHOST, "seed": look.SEED_GHOST, "pinned": look.PINNED_GHOST}
 
@@ -76,16 +77,16 @@ class Picture:
             tried = session.push if session.preview is None and grasp.feasible else None
             answer = None if tried is None else pushed(grasp, tried)
             self._grasp.draw(grasp, options, answer)
-            self._push.draw(answer)
+            self._push.draw(answer, grasp.passive_margin.size if answer is not None else 0.0)
             kind, which = session.selected or ("", -1)
             self._grasp.mark(int(which) if kind == "contact" else -1)
             touching = session.preview is None and contact_share(grasp) > 0.0
             for extra in self._extras:
                 extra.draw(grasp, options, in_contact=touching)
             story = None if session.preview is None else session.preview.story
-            self._draw_story(story, grasp, palm)
+            self._draw_springs(story, grasp, palm, at_rest=options.springs and touching)
             if session.preview is None:
-                self._paint(session, options)
+                self._paint(session, options, {} if answer is None else finger_colours(grasp, answer))
                 self._draw_ghosts(session, options)
             if self._gizmo_version != session.version:
                 self._gizmo_version = session.version
@@ -195,11 +196,11 @@ class Picture:
         """React to a click on a link."""
         self.clicked(("link", link))
 
-    def _paint(self, session: Session, options: DisplayOptions) -> None:
-        """Colour links that penetrate, and the one selected."""
+    def _paint(self, session: Session, options: DisplayOptions, fingers: dict[str, Colour]) -> None:
+        """Colour fingers that answer to a push, links that penetrate, and the one selected."""
         assert self._hand is not None
-        special: dict[str, look.Colour] = {}
-        if options.clearances:
+        special = dict(fingers)
+        if options.clearances and not fingers:
             found = link_clearances(session.grasp)
             special = {link: look.PENETRATING for link, value in found.items() if value[0] < -1e-5}
         if session.selected is not None and session.selected[0] == "link":
@@ -210,7 +211,7 @@ class Picture:
         """Show the ghosts that are asked for, where there is something to show."""
         grasp, pinned = session.grasp, session.pinned
         shown: dict[str, tuple[Grasp, Array] | None] = {
-            "reference": (grasp, grasp.reference_joint_angles) if options.reference_ghost else None,
+            "reference": (grasp, grasp.reference_joint_angles) if options.reference_ghost or options.springs else None,
             "seed": (session.seed, session.seed.joint_angles) if options.seed_ghost and session.seed else None,
             "pinned": (pinned, pinned.joint_angles) if options.pinned_ghost and pinned else None,
         }
@@ -221,10 +222,12 @@ class Picture:
                 continue
             self._show_ghost(name, grasp.problem.hand, entry[1], session.live.object_pose * entry[0].palm_pose)
 
-    def _draw_story(self, story: StoryMoment | None, grasp: Grasp, palm: Pose) -> None:
-        """Show the springs of a closing hand and the ghost of its references, or no springs."""
+    def _draw_springs(self, story: StoryMoment | None, grasp: Grasp, palm: Pose, *, at_rest: bool) -> None:
+        """Show the springs of a closing hand and the ghost of its references, those of a hand at rest, or none."""
         assert self._springs is not None
-        if story is None:
+        if story is None and at_rest:
+            self._springs.draw(*resting_springs(grasp))
+        elif story is None:
             self._springs.draw(np.zeros((0, 2, 3)), np.zeros(0))
         else:
             self._springs.draw(story.springs, story.forces)

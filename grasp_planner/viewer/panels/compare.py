@@ -1,0 +1,46 @@
+"""The chapter *Compare*: a pinned grasp beside the one shown, figures of the paper."""
+
+from __future__ import annotations
+
+import viser
+
+from ..compare import compare_table
+from ..presets import paper_presets
+from ..session import Session
+from .chapters import COMPARE, add_about
+
+NOTHING_PINNED = "*Pin a grasp, then plan or move: both are drawn and listed side by side.*"
+
+
+class ComparePanel:
+    """Widgets of the chapter.
+
+    Attributes:
+        pin: Button that pins the grasp for comparison.
+        unpin: Button that forgets it.
+        preset: The figure of the paper that is chosen.
+        show_preset: Button that plans it.
+    """
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        add_about(gui, COMPARE)
+        with gui.add_folder("With a pinned grasp"):
+            self.pin = gui.add_button("Pin this grasp", icon=viser.Icon.PIN, hint="Keep it as a ghost to compare with")
+            self.unpin = gui.add_button("Unpin", visible=False)
+            self.compared = gui.add_markdown(NOTHING_PINNED)
+        with gui.add_folder("With the paper"):
+            self.preset = gui.add_dropdown("Figures of the paper", tuple(paper_presets()))
+            self._about = gui.add_markdown("")
+            self.show_preset = gui.add_button("Plan this figure", icon=viser.Icon.PHOTO)
+        self.preset.on_update(lambda _: self._describe_preset())
+        self._describe_preset()
+
+    def show(self, session: Session) -> None:
+        """Show the grasp beside the pinned one; to be called by the worker only."""
+        pinned = session.pinned
+        self.unpin.visible = pinned is not None
+        self.compared.content = NOTHING_PINNED if pinned is None else compare_table(session.grasp, pinned)
+
+    def _describe_preset(self) -> None:
+        """Say what the chosen figure shows."""
+        self._about.content = paper_presets()[self.preset.value].about
