@@ -229,6 +229,44 @@ def test_robustness_is_the_best_of_all_states_found_another_way(springs: model.C
         assert analysis.grasp_robustness(stiff, normals, limits, heuristic=heuristic).value <= found.value
 
 
+@pytest.mark.parametrize("motors", ["a few", "all"])
+@pytest.mark.parametrize("states", [("stuck",) * 4, ("stuck", "sliding", "stuck", "detached"), None])
+def test_gradients_of_robustness(motors: str, states: tuple[str, ...] | None) -> None:
+    rng = np.random.default_rng(5)
+    points = 0.03 * np.array([[1.0, 0.1, 0], [-1, 0, 0.3], [0, 1, 0.2], [0.1, -1, -0.4]])
+    normals = -points + 0.01 * rng.normal(size=(4, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    basis = np.eye(12) if motors == "all" else rng.normal(size=(12, 2))
+    jacobian = np.eye(12) + 0.2 * rng.normal(size=(12, 12))
+    stiffnesses = {"contact_stiffness": 1e4, "joint_stiffness": 1e4, "synergy_stiffness": 3e4}
+    limits, wrench = analysis.ContactLimits(0.9, 1.0, 30.0, 0.01), np.array([0, 0, -2.0, 0, 0.01, 0])
+    grasp = model.grasp_matrix(points)
+
+    def found(change: Array) -> tuple[model.CompliantGrasp, Array, analysis.Robustness]:
+        by_grasp, by_jacobian, by_normals = np.split(change, [72, 72 + 144])
+        there = grasp + 0.03 * by_grasp.reshape(6, 12), jacobian + by_jacobian.reshape(12, 12)
+        moved = model.compliant_grasp(*there, basis, **stiffnesses)
+        turned = normals + by_normals.reshape(4, 3)
+        if states is None:
+            return moved, turned, analysis.grasp_robustness(moved, turned, limits, wrench)
+        return moved, turned, analysis.state_robustness(moved, turned, limits, states, wrench)
+
+    springs, _, best = found(np.zeros(228))
+    slope = analysis.robustness_gradient(springs, normals, limits, best, wrench)
+    told = np.concatenate([0.03 * slope.by_grasp.ravel(), slope.by_jacobian.ravel(), slope.by_normals.ravel()])
+    for first, last in ((0, 72), (72, 216), (216, 228)):
+        change = np.zeros(228)
+        change[first:last] = rng.normal(size=last - first)
+        numeric = central_differences(lambda s, d=change: [found(s[0] * d)[2].value], np.zeros(1), 3e-4)
+        assert told @ change == pytest.approx(numeric[0, 0], rel=1e-5, abs=5e-6), (first, best.states)
+
+
+def test_what_holds_nothing_has_no_gradient_of_robustness(springs: model.CompliantGrasp) -> None:
+    nothing = analysis.Robustness(0.0, ("detached",) * 3, np.zeros((3, 3)))
+    with pytest.raises(InvalidValueError, match="robustness"):
+        analysis.robustness_gradient(springs, NORMALS, LIMITS, nothing)
+
+
 def test_heuristics_try_the_states_they_are_to() -> None:
     def states(n_c: int, *given: object, **named: object) -> list[tuple[str, ...]]:
         return list(analysis.candidate_states(n_c, *given, **named))

@@ -14,6 +14,7 @@ from grasp_planner.analysis.problem_parameters import parameters_of
 from grasp_planner.analysis.sensitivity import optimum_near, post_optimality
 from grasp_planner.analysis.tolerance import least_tolerance
 from grasp_planner.analysis.validity import Prediction, carried_palm
+from grasp_planner.evaluation.state import StateEvaluator
 from grasp_planner.judge.load_check import case_forces
 from grasp_planner.model.compliance import series_stiffness
 from tests.stored import stored
@@ -126,6 +127,47 @@ def test_beyond_the_validity_radius_the_active_set_has_changed():
 
     assert active_after(-0.8 * sensitivity.down) == names
     assert active_after(-2.0 * sensitivity.down) != names
+
+
+@pytest.fixture
+def evaluations(monkeypatch):
+    """How many states were evaluated, as a list of one number."""
+    count, evaluate = [0], StateEvaluator.evaluate
+
+    def counting(self, x):
+        count[0] += 1
+        return evaluate(self, x)
+
+    monkeypatch.setattr(StateEvaluator, "evaluate", counting)
+    return count
+
+
+def test_all_parameters_of_a_plan_are_answered_in_few_evaluations(evaluations):
+    found = post_optimality(stored("clear"))
+    assert found.stationarity < 1e-9
+    assert len(found.sensitivities) == 15
+    assert evaluations[0] < 600, "of 2 ms each"
+
+
+def test_a_plan_far_from_an_optimum_is_said_to_be_so_and_costs_no_more(evaluations):
+    found = post_optimality(stored("loads"))
+    assert found.stationarity > 1e-6
+    assert evaluations[0] < 600
+    assert {(each.down, each.up) for each in found.sensitivities} == {(0.0, 0.0)}
+    assert any("no optimum" in each.ends_up for each in found.sensitivities)
+
+
+def test_neighbours_share_the_clearances_that_are_the_same():
+    program = OptimalityProgram(stored("clear"))
+    evaluator, problem = program.base.evaluator, program.base.problem
+    softer = replace(problem, parameters=replace(problem.parameters, friction=0.7))
+    larger = replace(problem, grasp_object=problem.grasp_object.resized(1.01))
+    x = program.z * program.base.scale
+    for other, shares in ((softer, True), (larger, False)):
+        assert evaluator._clearance.serves(other) is shares
+        shared = StateEvaluator(other, program.reference, evaluator).evaluate(x)
+        own = StateEvaluator(other, program.reference).evaluate(x)
+        np.testing.assert_allclose(shared.clearance.link_object, own.clearance.link_object, atol=1e-12)
 
 
 def test_with_the_palm_held_the_palm_stays_where_it_is_in_the_world():

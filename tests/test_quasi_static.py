@@ -173,6 +173,16 @@ def test_classes_of_small_grasps_have_their_names() -> None:
     assert np.abs(jacobian.T @ spaces.hyperstatic_forces).max() < 1e-12
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e3], ids=["m", "mm"])
+def test_forces_that_all_act_through_the_centre_make_no_moment(unit: float) -> None:
+    points = unit * 0.03 * np.random.default_rng(0).normal(size=(6, 3))
+    normals = -points / np.linalg.norm(points, axis=1, keepdims=True)
+    grasp = complete_grasp_matrix(points) @ contact_selection(normals, ["frictionless"] * 6).T
+    assert 0.0 < np.abs(grasp[3:]).max() < 1e-13 * unit, "rounding"
+    spaces = grasp_subspaces(grasp, np.eye(6))
+    assert (spaces.internal_forces.shape[1], spaces.free_motions.shape[1]) == (3, 3)
+
+
 def test_the_homogeneous_solution_satisfies_every_law_with_the_physical_sign() -> None:
     springs = random_springs(6, motors=10, preload=False)
     solution = homogeneous_solution(springs)

@@ -41,6 +41,8 @@ from .robustness import candidate_states as candidate_states
 from .robustness import contact_robustness as contact_robustness
 from .robustness import grasp_robustness as grasp_robustness
 from .robustness import state_robustness as state_robustness
+from .robustness_slope import RobustnessGradient as RobustnessGradient
+from .robustness_slope import robustness_gradient as robustness_gradient
 from .sensitivity import PostOptimality as PostOptimality
 from .sensitivity import Sensitivity as Sensitivity
 from .sensitivity import optimum_near as optimum_near

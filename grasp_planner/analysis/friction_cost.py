@@ -58,11 +58,13 @@ class FrictionCost(Value):
         value: V [1/N²].
         gradient: ∂V/∂f, of shape (3 n_c,).
         hessian: ∂²V/∂f², of shape (3 n_c, 3 n_c).
+        by_normals: ∂V/∂normals, of shape (n_c, 3).
     """
 
     value: float
     gradient: Array
     hessian: Array
+    by_normals: Array
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -110,7 +112,8 @@ def contact_cost(
     blocks = np.einsum("ij,ijk,ijl->ikl", curvature, first, first) + (slope @ shares[:, 0])[:, None, None] * round_
     hessian = np.zeros((n_c, d, n_c, d))
     hessian[np.arange(n_c), :, np.arange(n_c)] = blocks
-    return FrictionCost(float(value.sum()), gradient.ravel(), hessian.reshape(d * n_c, d * n_c))
+    by_normals = -(slope @ shares[:, 1])[:, None] * forces
+    return FrictionCost(float(value.sum()), gradient.ravel(), hessian.reshape(d * n_c, d * n_c), by_normals)
 
 
 def least_friction_cost(

@@ -22,6 +22,10 @@ SETTLED_STEP, ROUNDING_STEP, SHRINKS = 1e-10, 1e-7, 0.3
 """Steps, in scaled variables, that end it: below the first; below the second where they no longer shrink so much."""
 SAME_HESSIAN, OLD_HESSIAN = 0.1, 6
 """Steps shorter than the first bring the Hessian up to date by what they show of it, so many times in a row."""
+KKT_ITERATIONS = 80
+"""Most steps to a KKT point."""
+ROUGH = 1e-3
+"""Stationarity above which a point is no optimum."""
 POSITIVE = 1e-9
 """Multipliers below this, relative to the gradient of the objective, count as zero."""
 FLAT = 1e-10
@@ -49,7 +53,7 @@ class KktPoint:
     stationarity: float
 
 
-def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = 80, tolerance: float = 1e-10) -> KktPoint:
+def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = KKT_ITERATIONS, tolerance: float = 1e-10) -> KktPoint:
     """Return the KKT point near a solution: Newton steps by convex quadratic programs within a trust region.
 
     Args:
@@ -104,8 +108,10 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = 80, tolerance: 
     everywhere[active] = values
     size = max(float(np.linalg.norm(point.gradient)), 1e-300)
     left = point.gradient - point.jacobian[active].T @ values
-    hessian = lagrangian_hessian(evaluate, z, everywhere)
-    return KktPoint(z, point, active, values, hessian, float(np.linalg.norm(left)) / size)
+    stationarity = float(np.linalg.norm(left)) / size
+    # What follows from the Hessian is wanted to many digits only where this is an optimum.
+    hessian = lagrangian_hessian(evaluate, z, everywhere, at=point if stationarity > ROUGH else None)
+    return KktPoint(z, point, active, values, hessian, stationarity)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from ..spatial import Array
 from .kkt import KktPoint, kkt_change
 from .lagrangian import Evaluate, Indices, NlpPoint, lagrangian_gradient, lagrangian_hessian, secant_hessian
 
-STEPS = 12
+STEPS = 8
 """Most steps."""
 GROWING = 3.0
 """Steps with an old Hessian go on as long as each is shorter than this times the one before."""

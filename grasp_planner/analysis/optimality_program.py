@@ -94,8 +94,9 @@ class NeighbouringProgram:
     def __init__(self, program: OptimalityProgram, problem: GraspProblem) -> None:
         self.problem = problem
         self._program = program
+        own = program.base.evaluator
         same = problem is program.base.problem
-        self._evaluator = program.base.evaluator if same else StateEvaluator(problem, program.reference)
+        self._evaluator = own if same else StateEvaluator(problem, program.reference, own)
         self._last: tuple[bytes, GraspState] | None = None
 
     def state(self, z: Array) -> GraspState:

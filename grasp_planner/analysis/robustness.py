@@ -175,8 +175,24 @@ def state_robustness(
     Returns:
         The robustness.
     """
-    kept = _kept(normals if directions is None else directions, states)
-    reduced = CompliantGrasp(
+    reduced = reduced_springs(springs, kept_directions(normals if directions is None else directions, states))
+    if np.linalg.matrix_rank(reduced.grasp) < 6:
+        return None
+    share = weighted_right_inverse(reduced.grasp, reduced.stiffness) @ -np.asarray(wrench, dtype=float)
+    counted, laid = counted_limits(states), kept_directions(normals, states)
+    found = least_friction_cost(laid @ share, laid @ commanded_forces(reduced), normals, limits, counted=counted)
+    touching = sum(state != "detached" for state in states)
+    return Robustness(touching / found.value, states, found.forces)
+
+
+def counted_limits(states: tuple[State, ...]) -> Array:
+    """Return which of the three limits of V count for contacts in given states, of shape (n_c, 3)."""
+    return np.array([{"stuck": [1, 1, 1], "sliding": [1, 1, 0], "detached": [0, 0, 0]}[s] for s in states], float)
+
+
+def reduced_springs(springs: CompliantGrasp, kept: Array) -> CompliantGrasp:
+    """Return a grasp of which only some contact directions are left, of shape (d n_c, n)."""
+    return CompliantGrasp(
         springs.grasp @ kept,
         kept.T @ springs.jacobian,
         springs.basis,
@@ -184,17 +200,9 @@ def state_robustness(
         springs.joint_compliance,
         springs.synergy_compliance,
     )
-    if np.linalg.matrix_rank(reduced.grasp) < 6:
-        return None
-    share = weighted_right_inverse(reduced.grasp, reduced.stiffness) @ -np.asarray(wrench, dtype=float)
-    counted = np.array([{"stuck": [1, 1, 1], "sliding": [1, 1, 0], "detached": [0, 0, 0]}[s] for s in states], float)
-    laid = _kept(normals, states)
-    found = least_friction_cost(laid @ share, laid @ commanded_forces(reduced), normals, limits, counted=counted)
-    touching = sum(state != "detached" for state in states)
-    return Robustness(touching / found.value, states, found.forces)
 
 
-def _kept(normals: Array, states: tuple[State, ...]) -> Array:
+def kept_directions(normals: Array, states: tuple[State, ...]) -> Array:
     """Return the orthonormal directions in which contacts still have a spring, of shape (d n_c, n)."""
     columns, d = [], np.shape(normals)[1]
     for i, (normal, state) in enumerate(zip(normals, states, strict=True)):

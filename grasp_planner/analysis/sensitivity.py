@@ -16,7 +16,7 @@ from ..grasp.grasp import Grasp
 from ..planning.nlp import solve_nlp
 from ..problem.problem import GraspProblem
 from ..spatial import Array
-from .kkt import KktPoint, kkt_change, kkt_point
+from .kkt import KKT_ITERATIONS, KktPoint, kkt_change, kkt_point
 from .lagrangian import lagrangian_gradient
 from .optimality_program import OptimalityProgram
 from .problem_parameters import Parameter, parameters_of
@@ -26,6 +26,11 @@ PARAMETER_STEP = 1e-4
 """Step of the central differences by parameters, relative to their scale."""
 SETTLING_ITERATIONS, SETTLING_TOLERANCE = 600, 1e-12
 """How the solver is begun anew at a planned grasp: plans end before they have settled."""
+QUICK_ROUNDS = ((20, 6), (40, 6))
+"""Iterations of the solver and of Newton's method that settle all but plans that ended far from an optimum."""
+SETTLED = 1e-6
+"""Relative gradient of the Lagrangian up to which an optimum counts as one."""
+NOT_SETTLED = ((0.0, "no optimum was found nearby"),) * 2
 FOLLOWS = 1e-6
 """Relative mismatch of the active constraints above which no neighbouring grasp keeps all of them."""
 CANNOT_FOLLOW = ((0.0, "the palm is held and the motors are too few"),) * 2
@@ -104,14 +109,24 @@ def optimum_near(grasp: Grasp) -> Grasp:
         The grasp; not necessarily feasible if none is near.
     """
     program = OptimalityProgram(grasp)
-    return _grasp_at(grasp, program, _settled(program).z)
+    return _grasp_at(grasp, program, _settled(program, ((SETTLING_ITERATIONS, KKT_ITERATIONS),)).z)
 
 
-def _settled(program: OptimalityProgram) -> KktPoint:
-    """Return the KKT point near the program's start: SQP begun anew with a fine tolerance, then Newton's method."""
-    nlp = program.base.build("two", program.objective_scale, program.most_force)
-    solution = solve_nlp(nlp, program.z, max_iterations=SETTLING_ITERATIONS, tolerance=SETTLING_TOLERANCE)
-    return kkt_point(program.evaluate, solution.z)
+def _settled(program: OptimalityProgram, rounds: Sequence[tuple[int, int]] = QUICK_ROUNDS) -> KktPoint:
+    """Return the KKT point near the program's start: SQP begun anew with a fine tolerance, then Newton's method.
+
+    Args:
+        program: The program.
+        rounds: Most iterations of both, round after round until it has settled.
+    """
+    nlp, z = program.base.build("two", program.objective_scale, program.most_force), program.z
+    for solver, newton in rounds:
+        z = solve_nlp(nlp, z, max_iterations=solver, tolerance=SETTLING_TOLERANCE).z
+        found = kkt_point(program.evaluate, z, iterations=newton)
+        if found.stationarity <= SETTLED:
+            break
+        z = found.z
+    return found
 
 
 def _grasp_at(grasp: Grasp, program: OptimalityProgram, z: Array) -> Grasp:
@@ -173,7 +188,9 @@ def _sensitivity(program: OptimalityProgram, found: KktPoint, names: list[str], 
     d_values = [float(fixed + moving) for fixed, moving in zip(d_costs, by_x, strict=True)]
     d_force, d_task = d_values[:2]
     (down, ends_down), (up, ends_up) = CANNOT_FOLLOW
-    if follows:
+    if found.stationarity > SETTLED:
+        (down, ends_down), (up, ends_up) = NOT_SETTLED
+    elif follows:
         rates = d_residuals + found.point.jacobian @ change.z
         told = Prediction(program, found, names, parameter, d_z, change.multipliers, rates, d_force, free)
         (down, ends_down), (up, ends_up) = validity(told)

@@ -31,6 +31,8 @@ TRIALS = 6
 """Most points that an end of the range is sought with."""
 ENOUGH, GROWTH = 0.7, 3.0
 """Share of the way to where it ends at which a range is long enough, and how much farther is looked at a time."""
+TINY = 1e-3
+"""Ends below this, relative to the parameter's scale, are not sought more closely."""
 TIGHT = 1e-7
 """Residuals and multipliers below minus this count as a change of the active set."""
 NO_END = "examined no further"
@@ -100,29 +102,31 @@ def _shortened(prediction: Prediction, sign: float, end: tuple[float, str]) -> t
     farthest = FARTHEST * prediction.parameter.scale
     if reach > farthest:
         reach, label = farthest, NO_END
-    beyond, known, lost = (reach, label), None, False
+    beyond, known, lost, examined = (reach, label), None, False, False
     for _ in range(TRIALS):
         if reach <= 0.0:
             break
-        moved = _followed(prediction, sign * reach, known, renewals=int(lost))
+        moved = _followed(prediction, sign * reach, known, renewals=int(lost and known is None))
         if moved is None:
-            beyond, lost = (reach, LOST), True
+            beyond, lost, examined = (reach, LOST), True, known is not None
             reach = 0.2 * reach if known is None else math.sqrt(reach * known.reach)
             continue
         changed = _changed_set(prediction, moved.point)
         off = 0.0 if changed is not None else _error(prediction, sign * reach, moved.force_norm)
         if changed is None and off <= 1.0:
             known = _Followed(reach, sign, moved.point)
-            if reach >= ENOUGH * beyond[0]:
+            if reach >= ENOUGH * beyond[0] or beyond[0] < TINY * prediction.parameter.scale:
                 break
-            reach = min(beyond[0], GROWTH * reach)
+            farther = min(beyond[0], GROWTH * reach)
+            # What has been looked at is not looked at again.
+            reach = math.sqrt(reach * beyond[0]) if examined and farther == beyond[0] else farther
         elif known is not None:
-            beyond = (reach, changed or BENT)
+            beyond, examined = (reach, changed or BENT), True
             reach = math.sqrt(reach * known.reach)
         else:
             # The error of a tangent grows with the square of the step.
             reach *= 0.8 if changed is not None else float(np.clip(0.9 / off, 0.02, 0.9))
-            beyond = (reach, changed or BENT)
+            beyond, examined = (reach, changed or BENT), False
     return (0.0, beyond[1]) if known is None else (known.reach, beyond[1])
 
 

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 from ..analysis.improve import GOALS, Goal, Improvement, improve_grasp, withstood
 from ..analysis.measured_contacts import ContactSet, contact_set
 from ..analysis.measures import Measure
-from ..analysis.sensitivity import PostOptimality, Sensitivity, post_optimality
+from ..analysis.sensitivity import SETTLED, PostOptimality, Sensitivity, post_optimality
 from ..analysis.tolerance import QUESTION, pose_tolerances
 from ..grasp.grasp import Grasp
 from ..records.analysis_record import analysis_record, contact_analysis_record
@@ -25,8 +25,6 @@ from .margins import margin_rows, new_table, print_verdict
 from .measures import opened_contacts, print_measures
 from .output import check_writable, write_or_print
 
-SETTLED = 1e-6
-"""Relative gradient of the Lagrangian up to which an optimum counts as one."""
 EXIT_NOT_BETTER = 3
 UNITS: dict[Goal, tuple[float, str]] = {"force": (1.0, "N"), "position": (1e3, "mm"), "rotation": (180 / math.pi, "°")}
 """How disturbances are printed."""

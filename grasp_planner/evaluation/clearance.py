@@ -88,6 +88,14 @@ class ClearanceEvaluator:
         self._touching_joints = np.array([touch[1] for touch in touching], dtype=int)
         self._touching_axes = np.array([touch[2] for touch in touching]).reshape(-1, 3, 1)
 
+    def serves(self, problem: GraspProblem) -> bool:
+        """Return whether another problem has the same clearances: the same hand, object and options, no ground."""
+        mine = self.problem
+        same = problem.hand is mine.hand and problem.grasp_object is mine.grasp_object
+        return (
+            same and self.options.ground is None and (problem.clearance, problem.frames) == (self.options, mine.frames)
+        )
+
     def evaluate(self, geometry: ContactGeometry) -> ClearanceState:
         """Evaluate all clearances.
 

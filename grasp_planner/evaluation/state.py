@@ -110,12 +110,17 @@ class StateEvaluator:
     Keeps what is constant and a Pinocchio workspace; not for use from several threads at once.
     """
 
-    def __init__(self, problem: GraspProblem, reference_pose: pin.SE3) -> None:
+    def __init__(self, problem: GraspProblem, reference_pose: pin.SE3, like: StateEvaluator | None = None) -> None:
+        """Make an evaluator; what it may share with another one it takes from there."""
         self.problem = problem
         self.layout = VariableLayout.of(problem)
         self.chart = PoseChart.around(reference_pose)
         self._geometry = ContactGeometryEvaluator(problem, self.chart)
-        self._clearance = ClearanceEvaluator(problem) if problem.clearance.needs_geometry else None
+        self._clearance: ClearanceEvaluator | None = None
+        if like is not None and like._clearance is not None and like._clearance.serves(problem):
+            self._clearance = like._clearance
+        elif problem.clearance.needs_geometry:
+            self._clearance = ClearanceEvaluator(problem)
         self._loads = LoadEvaluator(problem) if problem.loads.active else None
         self._complement = problem.synergies.complement()
 

@@ -15,6 +15,8 @@ from ..spatial import Array
 from ..values import Value
 from .quasi_static import RANK, CompliantGrasp, quasi_static_maps, resisted_motions
 
+NO_ARM = 1e-11
+"""Lever arms below this, in the unit of length, are none: all forces act through the centre."""
 BLOCKS = (
     "wrench",
     "contact_forces",
@@ -209,5 +211,7 @@ def _unstacked(like: dict[str, Array], rows: Array) -> dict[str, Array]:
 
 
 def _scaled(grasp: Array) -> Array:
-    """Return G with its rows scaled to size one."""
-    return np.asarray(grasp / np.maximum(np.abs(grasp).max(axis=1, keepdims=True), 1e-300))
+    """Return G with its forces and its moments scaled to size one; moments that are only rounding stay small."""
+    forces, moments = (float(np.abs(rows).max(initial=0.0)) for rows in (grasp[:3], grasp[3:]))
+    arms = moments if moments > NO_ARM * forces else forces
+    return np.asarray(grasp / np.maximum(np.repeat([forces, arms], 3), 1e-300)[:, None])
