@@ -19,6 +19,7 @@ import numpy as np
 
 import grasp_planner as gp
 from grasp_planner.hand.check import check_hand
+from grasp_planner.hand.loading import loaded_hand
 from grasp_planner.records.grasp_files import grasp_json, read_grasp_record
 from grasp_planner.records.grasp_record import grasp_from_record
 from grasp_planner.simulate.run import simulate_grasp
@@ -39,14 +40,6 @@ COLUMNS = (
 STARTS = 12
 
 
-def object_for(hand: gp.Hand) -> str:
-    """Return a cylinder whose radius is a sixth of the hand's reach, between 1.5 and 4 cm."""
-    frames = hand.contact_frames()
-    reach = max(float(np.linalg.norm(hand.grasp_centre)), 0.05) if frames else 0.1
-    radius = round(float(np.clip(reach / 6.0, 0.015, 0.04)), 3)
-    return f"cylinder:radius={radius},height=0.12"
-
-
 def tried(path: Path, queue: multiprocessing.Queue[dict[str, str]]) -> None:
     """Try one URDF and send what is known after each step."""
     row = dict.fromkeys(COLUMNS, "–") | {"hand": path.stem}
@@ -58,9 +51,10 @@ def tried(path: Path, queue: multiprocessing.Queue[dict[str, str]]) -> None:
     try:
         check = check_hand(path)
         say(check="yes" if check.usable else "no", what_fails="; ".join(check.errors))
-        hand = gp.load_hand(path)
+        loaded = loaded_hand(path)
+        hand = loaded.hand
         say(load="yes", joints=str(hand.n_joints), what_fails="plan: no time left")
-        problem = gp.GraspProblem(hand, gp.parse_object(object_for(hand)))
+        problem = gp.GraspProblem(hand, gp.parse_object(loaded.first_object))
         say(synergies=str(problem.n_synergies))
         grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=STARTS, enough=1))
         clear = all(pair.distance > -pair.tolerated - 1e-6 for pair in grasp.clearances if not pair.exempt)

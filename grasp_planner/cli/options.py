@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import click
 
 from ..exceptions import InvalidValueError
-from ..hand.loading import hand_and_findings
+from ..hand.loading import loaded_hand
 from ..model.task_direction import parse_task
 from ..objects import parse_object
 from ..problem.clearance_options import CLEARANCES
@@ -43,9 +43,9 @@ GRASP_OPTIONS = (
     click.option(
         "--object",
         "object_text",
-        default=DEFAULT_OBJECT,
-        show_default=True,
-        help="Object as shape:key=value,… in SI units.",
+        default=None,
+        help=f"Object as shape:key=value,… in SI units [default: {DEFAULT_OBJECT}; of a plain URDF a cylinder in size "
+        "for the hand].",
     ),
     click.option(
         "--task",
@@ -100,7 +100,7 @@ def problem_from_options(
     *,
     hand: str,
     locks: tuple[str, ...] = (),
-    object_text: str,
+    object_text: str | None,
     tasks: tuple[str, ...],
     paper: bool,
     clearance: str | None,
@@ -114,12 +114,13 @@ def problem_from_options(
     """
     given = given_settings(settings, PROBLEM_SETTINGS.values())
     given |= {name: value for name, value in (("clearance", clearance), ("loads", loads)) if value is not None}
-    loaded, findings = hand_and_findings(hand, locked_joints(locks))
-    for line in findings:
+    loaded = loaded_hand(hand, locked_joints(locks))
+    for line in loaded.findings:
         click.echo(line, err=True)
-    return problem_from_settings(
-        loaded, parse_object(object_text), tuple(parse_task(text) for text in tasks), given, paper=paper
-    )
+    if object_text is None and loaded.first_object:
+        click.echo(f"derived: object in size for the hand: {loaded.first_object}", err=True)
+    thing = parse_object(object_text or loaded.first_object or DEFAULT_OBJECT)
+    return problem_from_settings(loaded.hand, thing, tuple(parse_task(text) for text in tasks), given, paper=paper)
 
 
 def planner_options(arguments: dict[str, Any]) -> PlannerOptions:

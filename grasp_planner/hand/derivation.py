@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,12 +25,15 @@ from .finger_names import finger_names
 from .fingers import Finger, find_fingers
 from .fingertips import Fingertip
 from .motion import HandMotion
+from .opposition import Opposition, find_opposition
 from .pads import find_fingertips
 from .palm_guess import PalmGuess, guess_palm
 from .urdf_file import UrdfFile
 
 ROD_COMPLIANCE = 1e-3
 """Default compliance of a joint that slides [m/N]: that of a turning one at a lever of 10 cm."""
+OPPOSED = "opposed"
+"""Name of the contact set of a hand that has more fingers than hold something."""
 FEW = 3
 """Number of fingers below which wide pads give two contacts each."""
 
@@ -63,6 +67,7 @@ class Derivation:
         fingers: Its fingers, the opposing one first.
         palm: Its palm.
         closing: How it closes.
+        opposition: Which of its fingers hold something between them.
         said: What was left out or decided, one line each.
     """
 
@@ -70,6 +75,7 @@ class Derivation:
     fingers: tuple[FingerReport, ...]
     palm: PalmGuess
     closing: Closing
+    opposition: Opposition
     said: tuple[str, ...]
 
 
@@ -92,9 +98,10 @@ def derive(urdf: UrdfFile, file_name: str) -> Derivation:
     if not fingers:
         raise FileFormatError(urdf.path, "has no finger: no moving chain of joints ends in a link with geometry")
     closing = find_closing(motion, fingers)
-    palm = guess_palm(closing)
     few = len(fingers) < FEW
     tips = [find_fingertips(closing, index, double=few) for index in range(len(fingers))]
+    opposition = find_opposition(closing, tips)
+    palm = guess_palm(closing)
     model = motion.model
     chains = [tuple(model.names[joint] for joint in finger.chain) for finger in closing.fingers]
     names = finger_names([(chain, tip[0].link) for chain, tip in zip(chains, tips, strict=True)])
@@ -102,6 +109,11 @@ def derive(urdf: UrdfFile, file_name: str) -> Derivation:
     if few:
         said = (*said, f"{len(fingers)} fingers: a wide pad gives two contacts")
     said = (*said, f"finger {names[0]} opposes the others ({closing.opposition:.2f} of 1)")
+    contact_sets = {"sphere": _contacts(reports)}
+    if len(opposition.fingers) < len(fingers):
+        holding = [reports[index] for index in opposition.fingers]
+        contact_sets = {OPPOSED: _contacts(holding)} | contact_sets
+        said = (*said, f"contact set {OPPOSED}: {', '.join(finger.name for finger in holding)} hold an object")
     description = HandDescription(
         name=urdf.name,
         urdf=file_name,
@@ -114,11 +126,11 @@ def derive(urdf: UrdfFile, file_name: str) -> Derivation:
             grasp_centre=_rounded(palm.grasp_centre, 4),
         ),
         compliance=ComplianceDescription(joint=_compliance(motion)),
-        contact_sets={"sphere": _contacts(reports)},
+        contact_sets=contact_sets,
         synergies=SynergyFiles(default=CLOSING),
         collision=CollisionDescription(ignore=_never_checked(closing)),
     )
-    return Derivation(description, reports, palm, closing, said)
+    return Derivation(description, reports, palm, closing, opposition, said)
 
 
 def _joint_order(motion: HandMotion, fingers: tuple[Finger, ...]) -> tuple[str, ...]:
@@ -140,7 +152,7 @@ def _compliance(motion: HandMotion) -> float | dict[str, float]:
     return {name: ROD_COMPLIANCE if name in slides else usual for name in motion.joints}
 
 
-def _contacts(fingers: tuple[FingerReport, ...]) -> dict[str, ContactDescription]:
+def _contacts(fingers: Sequence[FingerReport]) -> dict[str, ContactDescription]:
     """Return the contacts by name."""
     found = {}
     for finger in fingers:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -40,12 +41,26 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right", locked: Mapping[str
         FileFormatError: If the description or the URDF is malformed.
         InvalidValueError: If joint limits or the coupling are unusable.
     """
-    return hand_and_findings(name_or_path, locked)[0]
+    return loaded_hand(name_or_path, locked).hand
 
 
-def hand_and_findings(
-    name_or_path: str | Path, locked: Mapping[str, float] | None = None
-) -> tuple[Hand, tuple[str, ...]]:
+@dataclass(frozen=True)
+class LoadedHand:
+    """A hand with what was found on the way.
+
+    Attributes:
+        hand: The hand.
+        findings: One line for each repair and each fact that was derived from a plain URDF; none where a description
+            was read.
+        first_object: Text of an object in size for a hand whose description was derived; empty for others.
+    """
+
+    hand: Hand
+    findings: tuple[str, ...] = ()
+    first_object: str = ""
+
+
+def loaded_hand(name_or_path: str | Path, locked: Mapping[str, float] | None = None) -> LoadedHand:
     """Load a hand and say what was repaired and derived.
 
     Args:
@@ -53,8 +68,7 @@ def hand_and_findings(
         locked: As there.
 
     Returns:
-        The hand, and one line for each repair and each fact that was derived from a plain URDF; no line where a
-        description was read.
+        The hand and what was found.
 
     Raises:
         NameNotFoundError, FileFormatError, InvalidValueError: As there.
@@ -70,10 +84,10 @@ def hand_and_findings(
             *derived.said,
         )
         lines = (*(f"repair: {line}" for line in robot.repairs), *(f"derived: {line}" for line in facts))
-        return hand_of(derived.description, urdf, path), lines
+        return LoadedHand(hand_of(derived.description, urdf, path), lines, derived.opposition.first_object())
     description = read_hand_description(path)
     file = find_robot_file(description.urdf, path.parent)
-    return hand_of(description, read_urdf(file, description.locked | dict(locked or {})), path), ()
+    return LoadedHand(hand_of(description, read_urdf(file, description.locked | dict(locked or {})), path))
 
 
 def hand_of(description: HandDescription, urdf: UrdfFile, path: Path) -> Hand:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from .description import HandDescription
 GUESSES = {
     "palm": "derived: where the fingertips go when the fingers close, what they close around, what they hold",
     "compliance": "the numbers of [Mavrogiannis2014]: C_q [rad/(N m)], C_s [m/N], K_c [N/m]",
+    "contact_sets.opposed": "derived: the fingers that hold an object between them, the first set is the default",
     "contact_sets.sphere": "derived: balls that fit the last links where they close, the opposing finger first",
     "collision": "derived: neighbours, and links that overlap with the hand open",
     "locked": "joints before the palm, with their values [rad or m]",
@@ -108,4 +110,14 @@ def report_lines(check: HandCheck) -> list[str]:
         )
     lines += [f"note: {line}" for line in check.notes]
     lines += [f"missing: {line}" for line in check.missing]
-    return lines + [f"error: {line}" for line in check.errors]
+    lines += [f"error: {line}" for line in check.errors]
+    return lines + ([f"first grasp: {first_command(check)}"] if check.derived is not None else [])
+
+
+def first_command(check: HandCheck) -> str:
+    """Return the command that plans a first grasp, of an object in size for the hand; for a check without errors."""
+    assert check.derived is not None
+    locks = [f"--lock {name}={value:g}" for name, value in check.derived.description.locked.items() if value != 0.0]
+    thing = check.derived.opposition.first_object()
+    words = ["grasp-planner plan --hand", shlex.quote(str(check.path)), *locks, "--object", thing]
+    return " ".join(words)

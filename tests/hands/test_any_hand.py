@@ -14,11 +14,12 @@ from grasp_planner.hand import urdf_checks
 from grasp_planner.hand.check import check_hand
 from grasp_planner.hand.description import read_hand_description
 from grasp_planner.hand.kinematics import HandKinematics
+from grasp_planner.hand.loading import loaded_hand
 from grasp_planner.hand.proposal import description_text, proposed_description
 from grasp_planner.records.grasp_files import read_grasp_record
 from grasp_planner.records.grasp_record import grasp_from_record
 
-from .small_hands import HANDS, urdf_text, write_hand
+from .small_hands import HANDS, box, finger, link, urdf_text, write_hand
 
 # Independent joints, fingers, contacts, and a word of each repair.
 FOUND = {
@@ -176,3 +177,26 @@ def test_plan_locks_joints_and_says_what_it_found(tmp_path):
     assert grasp_from_record(read_grasp_record(file)).problem.hand.description.locked["wrist"] == 0.3
     wrong = CliRunner().invoke(main, [*arguments, "--lock", "wrist"])
     assert wrong.exit_code == 2 and "NAME=VALUE" in wrong.output
+
+
+def test_of_many_fingers_those_that_oppose_hold(tmp_path):
+    """Of four fingers beside each other and a thumb, the two that face it are the default contacts."""
+    places = {"far": 0.075, "left": 0.025, "right": -0.025, "beyond": -0.075}
+    parts = [link("palm", box(0.1, 0.2, 0.02)), *finger("thumb", "palm", "-0.04 0 0.02", 0.0)]
+    for each, y in places.items():
+        parts += finger(each, "palm", f"0.04 {y} 0.02", 3.1416)
+    path = write_hand(tmp_path, "five", f'<robot name="five">{"".join(parts)}</robot>')
+    found = loaded_hand(path)
+    assert set(found.hand.contact_set_names) == {"opposed", "sphere"}
+    assert {frame.frame for frame in found.hand.contact_frames()} == {"thumb_2", "left_2", "right_2"}
+    assert len(found.hand.contact_frames("sphere")) == 5
+    radius = gp.parse_object(found.first_object).half_extents[0]
+    assert 0.012 <= radius <= 0.04
+
+
+def test_check_ends_with_a_command_for_a_first_grasp(tmp_path):
+    """It names the file and an object in size for the hand."""
+    path = write_hand(tmp_path, "mimic_chain")
+    answer = CliRunner().invoke(main, ["hand", "check", str(path), "--toml", str(tmp_path / "hand.toml")])
+    line = next(line for line in answer.output.splitlines() if line.startswith("first grasp: "))
+    assert f"plan --hand {path} --object {loaded_hand(path).first_object}" in line
