@@ -12,15 +12,17 @@ import viser
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
 from .animation import Animator
+from .comparisons import SERIES, Comparison
 from .first_grasp import first_grasp
 from .gallery import Gallery
 from .ladder_card import LadderCard
-from .page_script import send_script
+from .page_script import page_script, send_script
 from .palette import add_commands
 from .panels.chapters import COMPARE, GRASP, PLAN, SYNERGIES, TASK, WHY
 from .panels.compare import ComparePanel
 from .panels.display import DisplayPanel
 from .panels.grasp import GraspPanel
+from .panels.guide import add_guide
 from .panels.plan import PlanPanel
 from .panels.problem import ProblemPanel
 from .panels.run import RunPanel
@@ -39,6 +41,7 @@ from .scene.draw_hand import pose_of
 from .scene.picture3d import Picture
 from .server import LocalServer
 from .session import Session
+from .tour import tour_script
 from .worker import Worker
 
 if TYPE_CHECKING:
@@ -95,17 +98,23 @@ class GraspViewer:
         self.picture = Picture(self.server)
         self.picture.aim(shown)
         self._build_page(rows)
-        self.worker = Worker(self._redraw, self._report, lambda: self.card.climb() or self.gallery.climb())
-        self.gallery = Gallery(self.plan.gallery, self.session, self.worker.submit)
+        self.worker = Worker(self._redraw, self._report, self._climb)
         self.animator = Animator(self.session, self.worker)
         self.control = PlanControl(self.session, self.plan, self.worker, self.animator.stop, self._report)
         self.planning = self.control.planning
+        self.comparison = Comparison(self.session, self.compare, self.plan, self.planning, self.worker)
+        session, series = self.session, self.comparison
+        self.galleries = (
+            Gallery(self.plan.gallery, session.entries, lambda: session.shown, self.worker.submit),
+            Gallery(self.compare.gallery, series.entries, series.shown, self.worker.submit),
+        )
         self.run: RunControl | None = None
         if rows is not None:
             self.run = RunControl(self.session, rows, self.run_panel, self.animator.stop, self.picture.aim)
         self.edits = ProblemEdits(self.session, self.problem, self.synergies, self.animator.stop)
         self._connect()
-        send_script(self.server, "Grasp viewer")
+        send_script(self.server, page_script("Grasp viewer"))
+        send_script(self.server, tour_script())
         self.worker.submit(lambda: None)
 
     @property
@@ -116,7 +125,8 @@ class GraspViewer:
     def stop(self) -> None:
         """End everything."""
         self.planning.close()
-        self.gallery.stop()
+        for gallery in self.galleries:
+            gallery.stop()
         self.worker.stop()
         self.server.stop()
 
@@ -129,7 +139,7 @@ class GraspViewer:
         tabs = gui.add_tab_group()
         if rows is not None:
             with tabs.add_tab("Run"):
-                self.run_panel = RunPanel(gui, rows, lambda: self._later(self._choose_rows, "filter"))
+                self.run_panel = RunPanel(gui, rows)
         with tabs.add_tab(GRASP):
             self.grasp_panel = GraspPanel.add(gui)
         with tabs.add_tab(SYNERGIES):
@@ -150,14 +160,19 @@ class GraspViewer:
             for each in (form, self.task.form):
                 each.on_submit(lambda _: self.problem.typed.now())
         with tabs.add_tab(COMPARE):
-            self.compare = ComparePanel(gui)
-        self.plan.starters.append(self.compare.show_preset)
+            self.compare = ComparePanel(
+                gui, tuple(SERIES), lambda index: self._later(lambda: self.comparison.choose(index))
+            )
+        self.plan.starters += [self.compare.show_preset, self.compare.plan_series]
+        self.plan.stoppers.append(self.compare.stop)
         with tabs.add_tab("View"):
             scale = fitting_scale(self.session.grasp)
             own = {"springs": self.synergies.springs, "margin": self.why.margin}
             self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"), scale, own)
         with tabs.add_tab("Share"):
             self.share = SharePanel(self.server, self.session, self._later)
+        with tabs.add_tab("Guide"):
+            add_guide(gui)
 
     def _connect(self) -> None:
         """Connect the widgets with what they do."""
@@ -166,10 +181,15 @@ class GraspViewer:
         panel.reset.on_click(lambda _: self._later(session.reset_posture))
         panel.close.on_click(lambda _: self._later(lambda: self.animator.close(int(panel.which.value) - 1)))
         for widget in (panel.automatic, panel.squeeze):
-            widget.on_update(lambda _: self._later(self._apply_squeeze, "squeeze"))
-        for box in (panel.move_hand, panel.move_object):
-            box.on_update(lambda _: self._later(self._apply_gizmos, "gizmos"))
+            widget.on_update(
+                lambda _: self._later(
+                    lambda: session.set_squeeze(panel.squeeze.value, panel.automatic.value), "squeeze"
+                )
+            )
         picture = self.picture
+        boxes = panel.move_hand, panel.move_object
+        for box in boxes:
+            box.on_update(lambda _: self._later(lambda: picture.show_gizmos(*(each.value for each in boxes)), "gizmos"))
         picture.hand_gizmo.on_update(
             lambda _: self._later(lambda: session.set_hand_pose(pose_of(picture.hand_gizmo)), "hand")
         )
@@ -191,6 +211,8 @@ class GraspViewer:
         compare.unpin.on_click(lambda _: self._later(session.unpin))
         self.plan.plan.on_click(lambda _: self._later(self.control.start))
         self.plan.cancel.on_click(lambda _: self.planning.cancel())
+        compare.plan_series.on_click(lambda _: self._later(self.comparison.start))
+        compare.stop.on_click(lambda _: self.planning.cancel())
         compare.show_preset.on_click(lambda _: self._later(lambda: self.control.start_preset(compare.preset.value)))
         self.plan.browse.on_click(lambda _: self._later(self.control.browse))
         if self.run is not None:
@@ -220,10 +242,9 @@ class GraspViewer:
         else:
             self.control.step(by)
 
-    def _choose_rows(self) -> None:
-        """Filter the rows of the run."""
-        if self.run is not None:
-            self.run.choose()
+    def _climb(self) -> bool:
+        """Find one piece more of what can wait; return whether there was one."""
+        return self.card.climb() or any(gallery.climb() for gallery in self.galleries)
 
     def _redraw(self) -> None:
         """Bring the page up to date; called by the worker."""
@@ -239,7 +260,8 @@ class GraspViewer:
         for panel in (self.grasp_panel, self.why, self.task, self.compare):
             panel.show(session)
         self.synergies.show(session)
-        self.gallery.show()
+        for gallery in self.galleries:
+            gallery.show()
         self.problem.show(session)
         self.display.show(self.picture.notes)
         with contextlib.suppress(FieldError):
@@ -267,14 +289,6 @@ class GraspViewer:
         if self.edits.take_problem():
             self._look(None)
         self.server.show_used_values()
-
-    def _apply_squeeze(self) -> None:
-        """Squeeze as the widgets say."""
-        self.session.set_squeeze(self.synergies.squeeze.value, self.synergies.automatic.value)
-
-    def _apply_gizmos(self) -> None:
-        """Show the handles as the boxes say."""
-        self.picture.show_gizmos(self.synergies.move_hand.value, self.synergies.move_object.value)
 
     def _look(self, client: viser.ClientHandle | None) -> None:
         """Move the camera of a page, of all without one, to a good view."""

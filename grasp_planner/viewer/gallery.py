@@ -10,7 +10,6 @@ from ..drawing.raster import render
 from ..drawing.solids import framed, grasp_scene
 from ..grasp.grasp import Grasp
 from .panels.gallery import MOST_CARDS, GalleryPanel, Pixels, caption
-from .session import Session
 
 CARD_SIZE = (340, 190)
 """Width and height of the picture of a card [pixels]."""
@@ -23,44 +22,49 @@ class Gallery:
     thread of its own, which touches no kinematics, so that sliders go on being answered.
     """
 
-    def __init__(self, panel: GalleryPanel, session: Session, later: Callable[[Callable[[], None]], None]) -> None:
+    def __init__(
+        self,
+        panel: GalleryPanel,
+        entries: Callable[[], list[tuple[str, Grasp | None]]],
+        shown: Callable[[], int | None],
+        later: Callable[[Callable[[], None]], None],
+    ) -> None:
         """Begin without cards.
 
         Args:
             panel: The widgets.
-            session: Holds the results.
+            entries: Gives labels and grasps, None for one that is still to be planned.
+            shown: Gives the index of the one that is drawn.
             later: Has the worker do something.
         """
-        self._panel, self._session, self._later = panel, session, later
+        self._panel, self._entries, self._shown, self._later = panel, entries, shown, later
         self._painter = ThreadPoolExecutor(1, thread_name_prefix="gallery")
         # By the identity of a grasp, which is kept with them so that the identity stays its own.
         self._closes: dict[int, tuple[Grasp, bool]] = {}
         self._pictures: dict[int, tuple[Grasp, Pixels | None]] = {}
 
-    @property
-    def _grasps(self) -> list[Grasp]:
-        """The grasps that have a card."""
-        return self._session.results[:MOST_CARDS]
-
     def show(self) -> None:
         """Show the cards as far as they are known, and forget what no card shows."""
-        grasps = self._grasps
-        kept = {id(grasp) for grasp in grasps}
+        entries = self._entries()[:MOST_CARDS]
+        kept = {id(grasp) for _, grasp in entries}
         self._closes = {key: entry for key, entry in self._closes.items() if key in kept}
         self._pictures = {key: entry for key, entry in self._pictures.items() if key in kept}
-        closes = [self._closes[id(grasp)][1] if id(grasp) in self._closes else None for grasp in grasps]
-        captions = [caption(rank, *entry) for rank, entry in enumerate(zip(grasps, closes, strict=True), start=1)]
-        pictures = [self._pictures[id(grasp)][1] if id(grasp) in self._pictures else None for grasp in grasps]
-        self._panel.show(captions, pictures, self._session.shown)
+        captions, pictures = [], []
+        for label, grasp in entries:
+            closes, picture = self._closes.get(id(grasp)), self._pictures.get(id(grasp))
+            captions.append(caption(label, grasp, None if closes is None else closes[1]))
+            pictures.append(None if picture is None else picture[1])
+        self._panel.show(captions, pictures, self._shown())
 
     def climb(self) -> bool:
         """Find one piece more while nothing else is to do; return whether there was one."""
-        for grasp in self._grasps:
+        grasps = [grasp for _, grasp in self._entries()[:MOST_CARDS] if grasp is not None]
+        for grasp in grasps:
             if grasp.feasible and id(grasp) not in self._closes:
                 self._closes[id(grasp)] = grasp, grasp.closing.holds
                 self.show()
                 return True
-        for grasp in self._grasps:
+        for grasp in grasps:
             if id(grasp) not in self._pictures:
                 self._paint(grasp)
                 return True

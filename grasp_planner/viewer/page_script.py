@@ -56,6 +56,6 @@ def page_script(title: str) -> str:
     return script
 
 
-def send_script(server: viser.ViserServer, title: str) -> None:
-    """Have every page, now and later, run the script."""
-    server.gui._websock_interface.queue_message(messages.RunJavascriptMessage(page_script(title)))
+def send_script(server: viser.ViserServer | viser.ClientHandle, script: str) -> None:
+    """Have every page, now and later, run a script; or one page, once."""
+    server.gui._websock_interface.queue_message(messages.RunJavascriptMessage(script))

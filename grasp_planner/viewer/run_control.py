@@ -37,6 +37,7 @@ class RunControl:
         """Connect the widgets, each request to be run by ``later``."""
         self.panel.step.on_click(lambda _: later(self.step_as_told))
         self.panel.number.on_update(lambda _: later(lambda: self.select(int(self.panel.number.value)), "row"))
+        self.panel.on_choice(lambda: later(self.choose, "filter"))
         self.panel.reload.on_click(lambda _: later(self.reload))
 
     def step_as_told(self) -> None:

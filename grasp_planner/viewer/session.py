@@ -177,6 +177,10 @@ class Session:
         self._follow(shown)
         self.dirty = True
 
+    def entries(self) -> list[tuple[str, Grasp | None]]:
+        """Return the ranks and the grasps of the results."""
+        return [(str(rank), grasp) for rank, grasp in enumerate(self.results, start=1)]
+
     def select(self, what: tuple[str, int | str]) -> None:
         """Select a contact or a link: ("contact", index) or ("link", name)."""
         self.selected = what

@@ -6,6 +6,8 @@ import time
 
 import numpy as np
 
+from grasp_planner.viewer.tour import REMEMBERED
+
 TOLERATED = (
     "THREE.Clock: This module has been deprecated",
     "KHR_parallel_shader_compile",
@@ -36,9 +38,11 @@ PROJECT = """(p) => {
 class Page:
     """A browser page with what it complains about."""
 
-    def __init__(self, browser, url, wait_for=("/object/mesh", "/hand")):
+    def __init__(self, browser, url, wait_for=("/object/mesh", "/hand"), first_visit=False):
         self.context = browser.new_context(viewport={"width": 1100, "height": 760}, accept_downloads=True)
         self.context.set_default_timeout(180_000)
+        if not first_visit:
+            self.context.add_init_script(f"try {{ localStorage.setItem('{REMEMBERED}', 'seen') }} catch (error) {{}}")
         self.page = self.context.new_page()
         self.complaints, self.failed, self.foreign = [], [], []
         self.page.on("console", self._on_console)

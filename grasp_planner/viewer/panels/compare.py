@@ -1,6 +1,8 @@
-"""The chapter *Compare*: a pinned grasp beside the one shown, figures of the paper."""
+"""The chapter *Compare*: series of problems, a pinned grasp, figures of the paper."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import viser
 
@@ -8,6 +10,7 @@ from ..compare import compare_table
 from ..presets import paper_presets
 from ..session import Session
 from .chapters import COMPARE, add_about
+from .gallery import GalleryPanel
 
 NOTHING_PINNED = "*Pin a grasp, then plan or move: both are drawn and listed side by side.*"
 
@@ -20,10 +23,27 @@ class ComparePanel:
         unpin: Button that forgets it.
         preset: The figure of the paper that is chosen.
         show_preset: Button that plans it.
+        series: What is compared.
+        plan_series: Button that plans it.
+        stop: Button that ends that.
+        status: How far it is.
+        gallery: A card for each problem of the series.
     """
 
-    def __init__(self, gui: viser.GuiApi) -> None:
+    def __init__(self, gui: viser.GuiApi, series: tuple[str, ...], chosen: Callable[[int], None]) -> None:
+        """Add the widgets to the present container.
+
+        Args:
+            gui: The widgets of the page.
+            series: Names of what can be compared.
+            chosen: Called with the index of a card that was clicked.
+        """
         add_about(gui, COMPARE)
+        self.series = gui.add_dropdown("This task with", series)
+        self.plan_series = gui.add_button("Plan them all", icon=viser.Icon.ROCKET, hint="Each for 20 s at most")
+        self.stop = gui.add_button("Stop", color="red", disabled=True)
+        self.status = gui.add_markdown("")
+        self.gallery = GalleryPanel(gui, chosen, "Side by side")
         with gui.add_folder("With a pinned grasp"):
             self.pin = gui.add_button("Pin this grasp", icon=viser.Icon.PIN, hint="Keep it as a ghost to compare with")
             self.unpin = gui.add_button("Unpin", visible=False)

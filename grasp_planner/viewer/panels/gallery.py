@@ -1,4 +1,4 @@
-"""The gallery: the grasps of the last search that differ, as ranked cards; a click shows one."""
+"""Galleries: grasps that differ as ranked cards, problems that are compared; a click shows one."""
 
 from __future__ import annotations
 
@@ -28,15 +28,16 @@ class _Card:
 class GalleryPanel:
     """Cards with a picture, force, angle and whether the hand closes; added when they are needed."""
 
-    def __init__(self, gui: viser.GuiApi, chosen: Callable[[int], None]) -> None:
+    def __init__(self, gui: viser.GuiApi, chosen: Callable[[int], None], title: str) -> None:
         """Add the gallery to the present container.
 
         Args:
             gui: The widgets of the page.
             chosen: Called with the rank of a card that was clicked, from 0.
+            title: Heading.
         """
         self._gui, self._chosen = gui, chosen
-        self._folder = gui.add_folder("Grasps that differ, best first")
+        self._folder = gui.add_folder(title)
         with self._folder:
             self._note = gui.add_markdown("*none yet*")
         self._cards: list[_Card] = []
@@ -86,18 +87,20 @@ class GalleryPanel:
         return _Card(picture, button)
 
 
-def caption(rank: int, grasp: Grasp, closes: bool | None) -> str:
-    """Return what a card says: rank, force, angle between task and ellipsoid, whether the hand closes from open.
+def caption(label: str, grasp: Grasp | None, closes: bool | None) -> str:
+    """Return what a card says: force, angle between task and ellipsoid, whether the hand closes from open.
 
     Args:
-        rank: From 1.
-        grasp: The grasp.
+        label: What is particular about it, or its rank.
+        grasp: The grasp; None if it is not planned yet.
         closes: Whether it closes from open and then holds; None if that is not known yet.
     """
+    if grasp is None:
+        return f"{label} · not planned yet"
     if not grasp.feasible:
-        return f"{rank} · does not meet the model"
+        return f"{label} · does not meet the model"
     said = "…" if closes is None else "closes ✔" if closes else "does not close ✘"
-    return f"{rank} · {fixed(grasp.force_norm)} N · {degrees(grasp.alignments[0][0])} · {said}"
+    return f"{label} · {fixed(grasp.force_norm)} N · {degrees(grasp.alignments[0][0])} · {said}"
 
 
 def _assign(widget: object, name: str, value: object) -> None:

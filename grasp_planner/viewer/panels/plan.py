@@ -25,6 +25,7 @@ class PlanPanel:
 
     Attributes:
         starters: Buttons that start a search; only while none runs.
+        stoppers: Buttons that end it.
     """
 
     def __init__(
@@ -49,10 +50,11 @@ class PlanPanel:
         self.plan = gui.add_button("Plan", color="green", icon=viser.Icon.ROCKET, hint="Search in the background")
         self.starters = [self.plan]
         self.cancel = gui.add_button("Cancel", color="red", disabled=True)
+        self.stoppers = [self.cancel]
         self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
         self.status = gui.add_markdown("")
         self._add_curves()
-        self.gallery = GalleryPanel(gui, chosen)
+        self.gallery = GalleryPanel(gui, chosen, "Grasps that differ, best first")
         self.browse = gui.add_button_group("Show", ("best", "previous", "next"))
         with gui.add_folder("Search", expand_by_default=False):
             self.seed = gui.add_number("Seed", 0, min=0, max=10**6, step=1)
@@ -64,7 +66,8 @@ class PlanPanel:
         """Switch between Plan and Cancel."""
         for button in self.starters:
             button.disabled = running
-        self.cancel.disabled = not running
+        for button in self.stoppers:
+            button.disabled = not running
         self.bar.visible = running
         if running:
             self._history: list[tuple[float, float]] = []

@@ -56,8 +56,9 @@ class RunPanel:
         reload: Reads the rows again.
     """
 
-    def __init__(self, gui: viser.GuiApi, rows: RunRows, chosen: Callable[[], None]) -> None:
-        self._gui, self._chosen = gui, chosen
+    def __init__(self, gui: viser.GuiApi, rows: RunRows) -> None:
+        self._gui = gui
+        self._chosen: Callable[[], None] = lambda: None
         self._title = gui.add_html("")
         self.step = gui.add_button_group("Show", ("first", "previous", "next", "last"))
         self.number = gui.add_number("Row", rows.row, min=0, max=max(rows.cases - 1, 0), step=1)
@@ -67,10 +68,14 @@ class RunPanel:
         with self._folder:
             self.order = gui.add_dropdown("Sort by", rows.orders)
         self._add_filters(rows)
-        self.order.on_update(lambda _: chosen())
+        self.order.on_update(lambda _: self._chosen())
         with gui.add_folder("Rows around it"):
             self._list = gui.add_html("")
         self.reload = gui.add_button("Read the run again", icon=viser.Icon.REFRESH, hint="For a run that still goes on")
+
+    def on_choice(self, chosen: Callable[[], None]) -> None:
+        """Have something called when a filter or the order has changed."""
+        self._chosen = chosen
 
     @property
     def chosen(self) -> dict[str, str]:
