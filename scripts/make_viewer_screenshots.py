@@ -21,6 +21,7 @@ from playwright.sync_api import Page, sync_playwright
 
 from grasp_planner.batch import RunRows, parse_spec, run_batch
 from grasp_planner.viewer import GraspViewer, export_html
+from grasp_planner.viewer.tour import REMEMBERED
 
 BROWSER = os.environ.get("GRASP_PLANNER_CHROMIUM", "/usr/bin/chromium")
 FLAGS = [
@@ -98,13 +99,22 @@ def show_synergies(camera: Camera) -> None:
     slider.value = slider.value + 0.35
     camera.take("synergies", tab="Synergies")
     camera.take("joints", scroll=1.0)
-    camera.take("compare", tab="Grasp")
+    camera.take("compare", tab="Compare")
     viewer.compare.unpin.value = True
     viewer.worker.submit(lambda: viewer.session.show(first))
     viewer.worker.drain(60.0)
     viewer.synergies.move_hand.value = viewer.synergies.move_object.value = True
     camera.take("handles", tab="Synergies")
     viewer.synergies.move_hand.value = viewer.synergies.move_object.value = False
+
+
+def show_push(camera: Camera) -> None:
+    """Take a pushed grasp, and what the task costs."""
+    why = camera.viewer.why
+    why.push.value = True
+    camera.take("why", tab="Why it holds")
+    why.push.value = False
+    camera.take("task", tab="Task")
 
 
 def show_plan(camera: Camera) -> None:
@@ -166,7 +176,7 @@ def take_viewer(page: Page, folder: Path, temporary: Path) -> None:
     first = viewer.session.grasp
     open_page(page, viewer)
     camera = Camera(page, viewer, folder)
-    for show in (show_grasp, show_synergies, show_drawings, show_plan, show_preset):
+    for show in (show_grasp, show_synergies, show_push, show_drawings, show_plan, show_preset):
         show(camera)
         viewer.worker.drain(60.0)
     exported = temporary / "grasp.html"
@@ -198,6 +208,7 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=BROWSER, headless=True, args=FLAGS)
         page = browser.new_page(viewport=SIZE)
         page.set_default_timeout(90_000)
+        page.add_init_script(f"localStorage.setItem('{REMEMBERED}', 'seen')")
         os.chdir(name)
         take_viewer(page, folder, Path(name))
         take_run(page, folder)

@@ -16,6 +16,7 @@ from .comparisons import SERIES, Comparison
 from .first_grasp import first_grasp
 from .gallery import Gallery
 from .ladder_card import LadderCard
+from .narrow_script import narrow_script
 from .page_script import page_script, send_script
 from .palette import add_commands
 from .panels.chapters import COMPARE, GRASP, PLAN, SYNERGIES, TASK, WHY
@@ -114,6 +115,7 @@ class GraspViewer:
         self.edits = ProblemEdits(self.session, self.problem, self.synergies, self.animator.stop)
         self._connect()
         send_script(self.server, page_script("Grasp viewer"))
+        send_script(self.server, narrow_script())
         send_script(self.server, tour_script())
         self.worker.submit(lambda: None)
 

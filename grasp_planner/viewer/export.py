@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from ..files.writing import write_text
 from ..grasp.grasp import Grasp
-from .compare import export_overlay
+from .export_text import export_overlay
+from .narrow_script import narrow_script
 from .opening import approach
 from .scene.draw_grasp import DisplayOptions, fitting_scale
 from .scene.picture3d import Picture
@@ -31,7 +33,7 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
         title: Heading; the hand and the object if left out.
 
     Returns:
-        The HTML text, about 1 MB; it loads nothing from anywhere.
+        The HTML text, about 1.3 MB; it loads nothing from anywhere.
     """
     heading = title or f"{grasp.problem.hand.description.title or grasp.problem.hand.name}"
     server = LocalServer()
@@ -40,6 +42,8 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
         picture = Picture(server)
         picture.aim(grasp, aside=ASIDE)
         options = DisplayOptions(force_scale=fitting_scale(grasp))
+        # An ellipsoid for every posture on the way would be half of the file.
+        moving = replace(options, force_ellipsoid=False)
         picture.draw(session, options)
         server.flush()
         time.sleep(0.05)
@@ -47,7 +51,7 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
         for q in approach(grasp, FRAMES):
             posture = Grasp(grasp.problem, q, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces)
             session.preview = Preview(posture, "")
-            picture.draw(session, options)
+            picture.draw(session, moving)
             serializer.insert_sleep(1.0 / RATE_HZ)
         session.preview = None
         picture.draw(session, options)
@@ -57,7 +61,7 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
         server.stop()
     overlay = export_overlay(grasp, heading)
     end = page.rindex("</body>")
-    return page[:end] + overlay + page[end:]
+    return f"{page[:end]}{overlay}<script>{narrow_script()}</script>{page[end:]}"
 
 
 def export_html(grasp: Grasp, path: Path, title: str | None = None) -> None:

@@ -44,6 +44,15 @@ SCRIPT = """(() => {
   const remember = () => { try { localStorage.setItem(KEY, 'seen'); } catch (error) { return; } };
   const seen = () => { try { return localStorage.getItem(KEY) !== null; } catch (error) { return true; } };
   const tabs = () => [...document.querySelectorAll('[role=tab]')];
+  // The tabs listen to a pointer, because they can be dragged: a mere click does nothing.
+  const open = (tab) => {
+    const box = tab.getBoundingClientRect();
+    const at = {bubbles: true, cancelable: true, composed: true, isPrimary: true, pointerId: 1, pointerType: 'mouse',
+                clientX: box.x + box.width / 2, clientY: box.y + box.height / 2};
+    tab.dispatchEvent(new PointerEvent('pointerdown', {...at, buttons: 1}));
+    tab.dispatchEvent(new PointerEvent('pointerup', at));
+    tab.dispatchEvent(new MouseEvent('click', at));
+  };
   window.graspViewerTour = () => {
     if (document.getElementById('tour')) return;
     let step = 0;
@@ -68,7 +77,7 @@ SCRIPT = """(() => {
       next.textContent = step + 1 < STEPS.length ? 'Next' : 'Done';
       back.style.visibility = step ? 'visible' : 'hidden';
       const tab = tabs().find((each) => each.textContent.trim() === STEPS[step][0]);
-      if (tab) tab.click();
+      if (tab) open(tab);
     };
     const end = () => { remember(); card.remove(); };
     skip.onclick = end;

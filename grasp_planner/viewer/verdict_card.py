@@ -48,7 +48,7 @@ def verdict_card(grasp: Grasp, note: str = "", rungs: Sequence[Rung] | None = No
     return (
         f"<div style='{CARD}border-left:6px solid {colour}' data-model='{model}' data-rungs='{up}'>"
         f"<div style='font-weight:700;font-size:15px;color:{colour}'>{title}</div>{lines}"
-        f"<div style='display:flex;gap:6px;margin-top:8px'>{cells}</div>{below}</div>"
+        f"<div style='display:flex;flex-wrap:wrap;gap:6px;margin-top:8px'>{cells}</div>{below}</div>"
     )
 
 

@@ -38,8 +38,8 @@ PROJECT = """(p) => {
 class Page:
     """A browser page with what it complains about."""
 
-    def __init__(self, browser, url, wait_for=("/object/mesh", "/hand"), first_visit=False):
-        self.context = browser.new_context(viewport={"width": 1100, "height": 760}, accept_downloads=True)
+    def __init__(self, browser, url, wait_for=("/object/mesh", "/hand"), first_visit=False, size=(1100, 760)):
+        self.context = browser.new_context(viewport={"width": size[0], "height": size[1]}, accept_downloads=True)
         self.context.set_default_timeout(180_000)
         if not first_visit:
             self.context.add_init_script(f"try {{ localStorage.setItem('{REMEMBERED}', 'seen') }} catch (error) {{}}")

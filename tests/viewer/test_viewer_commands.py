@@ -32,7 +32,7 @@ def test_export_writes_one_page_that_loads_nothing(saved, tmp_path):
     assert "data-model='met'" in text
     assert "&lt;script&gt;x&lt;/script&gt;" in text
     assert "<script>x" not in text
-    assert len(text) < 3_000_000
+    assert len(text) < 1_500_000
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """The model behind the sliders, without a server: posture, squeeze, closing, shapes, words."""
 
+import base64
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,7 +15,8 @@ from grasp_planner.grasp.verdict import Violation
 from grasp_planner.model.task import Ellipsoid
 from grasp_planner.problem.term import METRE, ONE, RADIAN, Unit
 from grasp_planner.viewer import text
-from grasp_planner.viewer.compare import compare_table, export_overlay
+from grasp_planner.viewer.compare import compare_table
+from grasp_planner.viewer.export_text import export_overlay
 from grasp_planner.viewer.live import LiveState, contact_share, evaluate
 from grasp_planner.viewer.opening import approach, close_along
 from grasp_planner.viewer.panels.synergies import SynergyRange, limit_marks, synergy_ranges
@@ -162,7 +165,19 @@ def test_nothing_foreign_reaches_the_page_unescaped(grasp):
     card = verdict_card(grasp, "<img src=x onerror=alert(1)>")
     assert "<img" not in card
     overlay = export_overlay(grasp, "<script>alert(1)</script>")
-    assert "<script" not in overlay
+    assert "<script>alert" not in overlay
+    assert "&lt;script&gt;alert" in overlay
+
+
+def test_an_exported_page_tells_everything_and_carries_the_grasp(grasp):
+    overlay = export_overlay(grasp, "A title")
+    file = re.search(r"data:application/json;base64,([A-Za-z0-9+/=]+)", overlay)
+    assert base64.b64decode(file[1]).decode() == gp.grasp_json(grasp)
+    for name in grasp.problem.hand.joint_names:
+        assert f"<td>{name}</td>" in overlay
+    for words in ("<b>Why it holds.</b>", "<b>Task.</b>", "force ellipsoid", "friction margin", "survives errors"):
+        assert words in overlay
+    assert "**" not in overlay
 
 
 def test_all_numbers_of_all_requirements_are_listed(grasp):
