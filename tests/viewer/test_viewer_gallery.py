@@ -74,7 +74,13 @@ def test_how_many_are_asked_for_is_part_of_command_and_python(viewer, grasp):
     viewer.plan.count.value = 3
     settle(viewer)
     assert "--grasps 3" in viewer.share._same.content
+    written = viewer.share._told
+    viewer.synergies.sliders[0].value += 0.01
+    settle(viewer)
+    assert viewer.share._told is written, "not anew for every move of the hand"
     viewer.plan.count.value = 1
+    settle(viewer)
+    assert "--grasps" not in viewer.share._same.content
     assert "--grasps" not in command_text(grasp.problem, PlannerOptions(), 0, 1)
     assert "gp.plan_grasps(problem, 3, seed=2)" in python_text(grasp.problem, 2, 3)
 

@@ -11,6 +11,7 @@ import viser
 from ...exceptions import FileFormatError, GraspPlannerError, InvalidValueError
 from ...hand.description import hand_library
 from ...hand.loading import load_hand
+from ...problem.problem import GraspProblem
 from ...problem.search_options import PlannerOptions
 from ...records.grasp_files import grasp_json, parse_grasp_record
 from ...records.grasp_record import grasp_from_record
@@ -35,6 +36,7 @@ class SharePanel:
     def __init__(self, server: viser.ViserServer, session: Session, later: Later) -> None:
         self._server, self._session, self._later = server, session, later
         self.last_error = ""
+        self._told: tuple[GraspProblem, PlannerOptions, int, int] | None = None
         gui = server.gui
         self.upload = gui.add_upload_button("Open a grasp (JSON)", icon=viser.Icon.UPLOAD, mime_type="application/json")
         self.json = gui.add_button("Save the grasp (JSON)", icon=viser.Icon.DOWNLOAD)
@@ -54,6 +56,10 @@ class SharePanel:
     def show(self, options: PlannerOptions, seed: int, count: int) -> None:
         """Show the command and the Python that plan the problem shown."""
         problem = self._session.problem
+        told = self._told
+        if told is not None and told[0] is problem and told[1:] == (options, seed, count):
+            return  # while the hand is moved, nothing here changes, and writing it takes as long as drawing the hand
+        self._told = problem, options, seed, count
         lost = what_is_lost(problem)
         note = f"*Not in it: {lost}.*\n\n" if lost else ""
         texts = command_text(problem, options, seed, count), python_text(problem, seed, count)
