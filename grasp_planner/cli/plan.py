@@ -16,6 +16,7 @@ from ..analysis.why_not import explain_infeasibility
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
 from ..judge.clearance_check import ClearanceKind
 from ..planning.planner import MOST_GRASPS, plan_grasps
+from ..planning.trade import task_angle, trade_front, trade_text, traded_grasps
 from ..problem.term import own_costs
 from ..records.grasp_files import grasp_json, grasp_list_json
 from .margins import margin_rows, new_table, print_verdict
@@ -43,12 +44,16 @@ EXIT_FEASIBLE, EXIT_INFEASIBLE, EXIT_INTERRUPTED = 0, 3, 130
     help="How many grasps that differ; more than one are a list, the best first, also as JSON.",
 )
 @click.option("--picture", type=click.Path(path_type=Path), help="Write a picture of the grasp (PNG or SVG).")
+@click.option(
+    "--trade", type=click.Path(path_type=Path), help="Draw F against the angle of the task, as PNG; print the front."
+)
 @click.option("--explain/--no-explain", default=True, show_default=True, help="Without a feasible grasp: say why.")
 @click.option("--quiet", is_flag=True, help="No progress and no table.")
 def plan(
     json_file: Path | None,
     count: int,
     picture: Path | None,
+    trade: Path | None,
     explain: bool,
     quiet: bool,
     seed: int,
@@ -62,7 +67,8 @@ def plan(
     """
     problem = problem_from_options(**arguments)
     options = planner_options(arguments)
-    check_writable(json_file, picture)
+    check_writable(json_file, picture, trade)
+    found: list[Grasp] = []
     to_stdout = str(json_file) == "-"
     # Everything but JSON goes to standard error when JSON has standard output.
     console = Console(stderr=to_stdout, quiet=quiet)
@@ -76,7 +82,9 @@ def plan(
             )
 
         try:
-            grasps = plan_grasps(problem, count, seed=seed, options=options, callback=show)
+            grasps = plan_grasps(
+                problem, count, seed=seed, options=options, callback=show, result_callback=found.append
+            )
         except KeyboardInterrupt:
             console.print("interrupted")
             sys.exit(EXIT_INTERRUPTED)
@@ -84,6 +92,8 @@ def plan(
     print_grasp(console, grasp)
     if count > 1:
         console.print(_grasps_table(grasps, count))
+    if grasp.feasible:
+        _print_trade(console, grasp, found, trade)
     if explain and not grasp.feasible:
         with console.status("looking for the reason (at most a minute) …"):
             diagnosis = explain_infeasibility(grasp, seed=seed)
@@ -96,6 +106,28 @@ def plan(
         save_picture(grasp, picture)
         console.print(f"picture: {picture}")
     sys.exit(EXIT_FEASIBLE if grasp.feasible else EXIT_INFEASIBLE)
+
+
+def _print_trade(console: Console, grasp: Grasp, found: list[Grasp], picture: Path | None) -> None:
+    """Say what a badly served task costs in force; print and draw the whole front where that is asked for."""
+    known = [grasp, *(each for each in found if each.feasible)]
+    if picture is not None:
+        with console.status("moving the bound of F …"):
+            known += traded_grasps(grasp)
+    front = trade_front(known)
+    told = trade_text(front, grasp)
+    if told is not None:
+        console.print(f"[bold]trade[/]: {told}; no posture found serves the task with little force", highlight=False)
+    if picture is None:
+        return
+    from ..drawing.trade_picture import draw_trade
+
+    table = new_table("front of force and task", ("F [N]", "angle [°]", "C"))
+    for each in front:
+        table.add_row(f"{each.force_norm:.3f}", f"{task_angle(each):.1f}", f"{each.task_index:.3g}")
+    console.print(table)
+    draw_trade(known, front, grasp, picture)
+    console.print(f"front: {picture}")
 
 
 def print_grasp(console: Console, grasp: Grasp) -> None:
