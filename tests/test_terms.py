@@ -11,7 +11,7 @@ from grasp_planner.evaluation.state import FRICTION_SMOOTHING
 from grasp_planner.grasp.verdict import Violation
 from grasp_planner.problem.term import BUILT_IN_CONSTRAINTS, BUILT_IN_COSTS, Constraint, Cost, Unit
 from grasp_planner.records.grasp_record import grasp_record
-from grasp_planner.terms.objective import problem_objective
+from grasp_planner.terms.objective import SMALL_COSTS, problem_objective
 from grasp_planner.terms.registry import REQUIREMENTS, judged_requirements, problem_constraints, stacked
 from tests.finite_differences import central_differences, relative_error
 from tests.test_state import grasp_at, random_point, steps_of
@@ -372,7 +372,7 @@ def test_names_of_built_in_terms_are_taken(plain):
     for name in BUILT_IN_CONSTRAINTS:
         with pytest.raises(gp.InvalidValueError, match=rf"{name}.*no built-in term"):
             replace(plain.problem, constraints=(_Named(name),))
-    costs = [each.cost for each in problem_objective(plain.problem).terms]
+    costs = [*(each.cost for each in problem_objective(plain.problem).terms), *SMALL_COSTS]
     assert set(BUILT_IN_COSTS) == {cost.name for cost in costs}
     for cost in costs:
         with pytest.raises(gp.InvalidValueError, match=rf"{cost.name}.*no built-in term"):

@@ -23,6 +23,12 @@ TorqueModel = Literal["total", "internal"]
 ForceLaw = Literal["springs", "controllable"]
 
 
+def _preference(what: str) -> float:
+    """Return the setting of a small cost's weight."""
+    weight: float = setting(0.0, f"Weight of {what}, as a share of C.", low=0.0, high=1e3, step=0.1)
+    return weight
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class GraspParameters(Value):
     """Parameters of the model; the defaults are those of [Mavrogiannis2014] section IV (choice A3).
@@ -38,6 +44,10 @@ class GraspParameters(Value):
             best task; by (17), and with one of them given, the other is the paper's.
         task_weight: w_C.
         force_factor: Without weights, how many times the least F found the best task may take.
+        sharing_weight: How much uneven normal forces add to C, as a share of it; 0: nothing, like the next three.
+        stop_weight: The same for joints near their stops.
+        mean_weight: The same for distance from the synergies' mean posture.
+        closing_weight: The same for fingers that do not press along the surface normal as they close.
         gravity: Acceleration of gravity in O [m/s²], of shape (3,) (choice A4: along −z).
         torque_model: Which torque bends the joints in eq. (10): that of the ``total`` contact force, or of the
             ``internal`` forces only as in eq. (33) (choice A5).
@@ -108,6 +118,10 @@ class GraspParameters(Value):
     force_factor: float = setting(
         1.5, "Without weights, how many times the least F found the best task may take.", low=1.0, high=1e3, step=0.1
     )
+    sharing_weight: float = _preference("normal forces that fingers do not share")
+    stop_weight: float = _preference("joints near their stops")
+    mean_weight: float = _preference("distance from the synergies' mean posture")
+    closing_weight: float = _preference("fingers that do not close along the surface normal")
     gravity: Array = setting(
         lambda: readonly([0.0, 0.0, -STANDARD_GRAVITY]),
         "Gravity x,y,z in the object frame.",

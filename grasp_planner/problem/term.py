@@ -60,7 +60,7 @@ def above_zero(value: Any) -> float:
     return float(np.maximum(0.0, value))
 
 
-BUILT_IN_COSTS = ("force_norm", "task_index")
+BUILT_IN_COSTS = ("force_norm", "task_index", "force_sharing", "joint_stops", "mean_posture", "closing_normals")
 BUILT_IN_CONSTRAINTS = (
     "surface",
     "compliance",

@@ -212,7 +212,7 @@ class GraspRecord(Record):
     time_s: Number
     seed: int
     search_options: SearchOptionsRecord | None = Field(default=None, description="null where they are not known")
-    objective: Number = Field(description="w_F F + w_C C (C without weights) and the user's own costs")
+    objective: Number = Field(description="w_F F + w_C C (C without weights), small and own costs")
     force_norm: Number = Field(description="F, N")
     force_norm_floor: Optional = Field(description="least F at these contacts, N; null if there is none")
     load_force_floor: Optional = Field(

@@ -1,6 +1,7 @@
 """The objective z = w_F F + w_C C of eq. (29), with the user's own costs: the one place where it is summed.
 
-Without weights it is C alone, and F is bounded: by a factor times the least F that the search finds.
+Without weights it is C alone, and F is bounded: by a factor times the least F that the search finds. Small costs that a
+problem asks for are shares of C.
 """
 
 from __future__ import annotations
@@ -14,7 +15,15 @@ from ..judge.posed_grasp import PosedGrasp
 from ..problem.problem import GraspProblem
 from ..problem.term import Weighted, own_costs
 from ..spatial import Array
+from .closing_normals import ClosingNormals
 from .costs import ForceNorm, TaskIndex
+from .mean_posture import MeanPosture
+from .sharing import ForceSharing
+from .small_cost import SmallCost
+from .stops import JointStops
+
+SMALL_COSTS: tuple[SmallCost, ...] = (ForceSharing(), JointStops(), MeanPosture(), ClosingNormals())
+"""What experience prefers among grasps that are equally good otherwise; each off unless its weight is given."""
 
 
 @dataclass(frozen=True)
@@ -62,4 +71,5 @@ def problem_objective(problem: GraspProblem) -> Objective:
     parameters = problem.parameters
     force, task = (parameters.force_weight or 0.0, parameters.task_weight or 0.0) if parameters.weighted else (0.0, 1.0)
     built_in = (Weighted(ForceNorm(), force), Weighted(TaskIndex(), task))
-    return Objective((*built_in, *own_costs(problem.costs)))
+    small = (Weighted(cost, task * cost.weight(problem)) for cost in SMALL_COSTS if cost.weight(problem) > 0.0)
+    return Objective((*built_in, *small, *own_costs(problem.costs)))
