@@ -32,13 +32,18 @@ LEAST_MASS, LEAST_INERTIA = 1e-4, 1e-8
 
 
 def joint_axis(hand: Hand, joint: int) -> Array:
-    """Return the unit axis of a revolute joint in its own frame, of shape (3,)."""
+    """Return the unit axis of a joint that turns or slides in its own frame, of shape (3,)."""
     data, q = hand.model.createData(), np.zeros(hand.model.nv)
     q[hand.model.joints[joint].idx_q] = 1.0
     pin.forwardKinematics(hand.model, data, q)
     turned = hand.model.jointPlacements[joint].inverse() * data.liMi[joint]
-    axis = np.array(pin.log3(turned.rotation))
+    axis = np.array(turned.translation if slides(hand, joint) else pin.log3(turned.rotation))
     return axis / np.linalg.norm(axis)
+
+
+def slides(hand: Hand, joint: int) -> bool:
+    """Return whether a joint of the model slides."""
+    return str(hand.model.joints[joint].shortname()).startswith("JointModelP")
 
 
 def spring_stiffness(problem: GraspProblem) -> Array:
@@ -91,7 +96,8 @@ def add_hand(
             armature *= FOLLOWER_SHARE
         limits = model.lowerPositionLimit[index] - LIMIT_PLAY, model.upperPositionLimit[index] + LIMIT_PLAY
         axis = joint_axis(hand, joint)
-        add(body, "joint", name=name, type="hinge", axis=axis, range=limits, armature=armature, **attributes)
+        kind = "slide" if slides(hand, joint) else "hinge"
+        add(body, "joint", name=name, type=kind, axis=axis, range=limits, armature=armature, **attributes)
         bodies[joint] = body
     for number, shape in enumerate(shapes):
         add_shape(bodies[shape.joint], f"solid_{number}_{shape.name}", shape)
@@ -152,7 +158,7 @@ def add_shape(body: Element, name: str, shape: LinkShape) -> None:
         add(body, "geom", name=name, type="cylinder", size=[geometry.radius, geometry.halfLength], **place)
     elif isinstance(geometry, coal.Ellipsoid):
         add(body, "geom", name=name, type="ellipsoid", size=geometry.radii, **place)
-    elif hasattr(geometry, "vertices"):
+    elif mesh_vertices(shape) is not None:
         add(body, "geom", name=name, type="mesh", mesh=f"mesh_{name}", **place)
     else:
         raise InvalidValueError(f"collision geometry {shape.name}", type(geometry).__name__, "a shape MuJoCo has")
@@ -163,6 +169,8 @@ def mesh_vertices(shape: LinkShape) -> Array | None:
     geometry = shape.geometry
     if geometry is None or isinstance(geometry, coal.Box | coal.Cylinder | coal.Ellipsoid):
         return None
+    if isinstance(geometry, coal.ConvexBase):  # the rim that sweeps a fitted hull is left out
+        return np.array(geometry.points(), dtype=float)
     vertices = geometry.vertices() if callable(getattr(geometry, "vertices", None)) else None
     return None if vertices is None else np.array(vertices, dtype=float)
 
