@@ -31,8 +31,11 @@ EVERYTHING = gp.LoadCases(
 
 
 def paper(shape: gp.GraspObject, n_synergies: int, loads: gp.LoadCases = NONE, **named: str) -> gp.GraspProblem:
-    """Return a problem without clearances."""
-    return gp.GraspProblem.paper(gp.load_hand(HAND), shape, n_synergies=n_synergies, loads=loads, **named)
+    """Return the paper's problem without clearances."""
+    # All of a contact force bends the joints, so that a grasp is at rest and may be disturbed.
+    total = gp.GraspParameters(torque_model="total")
+    hand = gp.load_hand(HAND)
+    return gp.GraspProblem.paper(hand, shape, n_synergies=n_synergies, parameters=total, loads=loads, **named)
 
 
 def clear(text: str, **options: float) -> gp.GraspProblem:

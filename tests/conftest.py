@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from tests.stored import stored
+from tests.stored import TOTAL, stored
 
 
 @pytest.fixture(scope="session")
@@ -26,5 +26,5 @@ def rng():
 def planned(right):
     """The stored grasp of the paper's case: its cylinder, force along +y, three synergies; as a search ended."""
     found = stored("paper")
-    assert found.problem == gp.GraspProblem.paper(right, gp.Cylinder())
+    assert found.problem == gp.GraspProblem.paper(right, gp.Cylinder(), parameters=TOTAL)
     return found

@@ -10,6 +10,10 @@ import grasp_planner as gp
 FOLDER = Path(__file__).parent / "data"
 
 
+TOTAL = gp.GraspParameters(torque_model="total")
+"""With these the stored grasps of the paper's problem were planned: all of a force bends the joints, as springs do."""
+
+
 @cache
 def stored(name: str) -> gp.Grasp:
     """Return a stored grasp; feasible."""

@@ -9,14 +9,15 @@ import grasp_planner as gp
 from grasp_planner.judge.load_check import case_forces, response_matrix
 from grasp_planner.judge.margins import Holding, passive_scales, worst_passive_margin
 from grasp_planner.model.contacts import Contacts
-from tests.stored import stored
+from tests.stored import TOTAL, stored
 
 
 @pytest.fixture(scope="module")
 def held(right):
     """A grasp planned for a disturbance of 1 N."""
     found = stored("push")
-    assert found.problem == gp.GraspProblem.paper(right, gp.Cylinder(), n_synergies=5, loads=gp.LoadCases())
+    fields = {"n_synergies": 5, "parameters": TOTAL, "loads": gp.LoadCases()}
+    assert found.problem == gp.GraspProblem.paper(right, gp.Cylinder(), **fields)
     return found
 
 

@@ -14,7 +14,7 @@ from grasp_planner.model import Preload, quasi_static_maps
 from grasp_planner.model.compliance import bent, series_stiffness
 from grasp_planner.spatial import rotation_between
 from tests.finite_differences import central_differences
-from tests.stored import stored
+from tests.stored import TOTAL, stored
 
 LINK_KINDS = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
 
@@ -86,8 +86,8 @@ CASES = {
 def test_stiffness_is_the_derivative_of_the_equilibrium(right, case):
     contact_set, grasp_object = CASES[case]
     grasp = stored(case)
-    problem = gp.GraspProblem.paper(right, grasp_object, n_synergies=8, contact_set=contact_set, loads=gp.LoadCases())
-    assert grasp.feasible and grasp.problem == problem
+    fields = {"n_synergies": 8, "parameters": TOTAL, "contact_set": contact_set, "loads": gp.LoadCases()}
+    assert grasp.feasible and grasp.problem == gp.GraspProblem.paper(right, grasp_object, **fields)
     numeric = -central_differences(lambda nu: equilibrium(grasp, nu), np.zeros(6), np.repeat([2e-6, 1e-4], 3))
     found = grasp.stability.stiffness
     scale = np.repeat([1.0, 1.0 / grasp.stability.length], 3)

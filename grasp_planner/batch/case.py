@@ -156,8 +156,11 @@ class GraspCase(BaseModel):
                 motion = any(parse_task(task).is_motion for task in self.task)
                 name = self.settings.get("synergy_set")
                 number = default_synergies(hand, name, clear=not self.paper, motion=motion)
-                law = GraspParameters(torque_model=values["torque_model"]).of_hand(hand).force_law
-                defaults = {"n_synergies": number, "force_law": law, **hand_parameters(hand)}
+                chosen: dict[str, Any] = {key: self.settings.get(key) for key in ("torque_model", "force_law")}
+                parameters = GraspParameters(**chosen)
+                parameters = (parameters.of_paper() if self.paper else parameters).of_hand(hand)
+                values |= {name: getattr(parameters, name) for name in chosen}
+                defaults = {"n_synergies": number, **hand_parameters(hand)}
                 values |= {name: value for name, value in defaults.items() if name in COLUMNS and values[name] is None}
         return {name: _typed(COLUMNS[name], value) for name, value in values.items()}
 

@@ -43,6 +43,9 @@ if TYPE_CHECKING:
 @click.option("--protocol", type=click.Choice(tuple(PROTOCOLS)), default="plan", show_default=True)
 @click.option("--starts", type=int, default=40, show_default=True, help="Most starts of each search.")
 @click.option(
+    "--enough", type=int, default=4, show_default=True, help="Feasible grasps after which the best is simulated."
+)
+@click.option(
     "--time-limit",
     type=float,
     default=None,
@@ -64,6 +67,7 @@ def study_synergies(
     squeeze: float,
     protocol: str,
     starts: int,
+    enough: int,
     time_limit: float | None,
     cpu_limit: float | None,
     workers: int,
@@ -86,6 +90,7 @@ def study_synergies(
         squeeze=squeeze,
         protocol=protocol,
         starts=starts,
+        enough=enough,
         time_limit_s=60.0 if time_limit is None and cpu_limit is None else time_limit,
         cpu_limit_s=cpu_limit,
     )

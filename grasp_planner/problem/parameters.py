@@ -50,7 +50,7 @@ class GraspParameters(Value):
         closing_weight: The same for fingers that do not press along the surface normal as they close.
         gravity: Acceleration of gravity in O [m/s²], of shape (3,) (choice A4: along −z).
         torque_model: Which torque bends the joints in eq. (10): that of the ``total`` contact force, or of the
-            ``internal`` forces only as in eq. (33) (choice A5).
+            ``internal`` forces only as in eq. (33) (choice A5). If None, total, or internal in the paper's problem.
         force_law: Which forces the hand may hold with: all that its ``springs`` and equilibrium allow, or only those
             that eq. (17) makes of δσ, the internal forces that the synergies can change (``controllable``). If None,
             springs, or (17) in the paper's problem.
@@ -132,10 +132,12 @@ class GraspParameters(Value):
         write=text_of_numbers,
         plain=tuple[float, float, float],
     )
-    torque_model: TorqueModel = setting(
-        "total",
+    torque_model: TorqueModel | None = setting(
+        None,
         "Torque that bends the soft joints: of the total contact force, or the internal one (eq. 33).",
         choices=("total", "internal"),
+        none="total; internal with --paper",
+        paper="internal",
     )
     force_law: ForceLaw = setting(
         None,
@@ -169,8 +171,12 @@ class GraspParameters(Value):
         return replace(self, **missing) if missing else self
 
     def of_paper(self) -> GraspParameters:
-        """Return the parameters with the paper's force law, eq. (17), and weights where they have none."""
-        usual: dict[str, Any] = PAPER_WEIGHTS | {"force_law": "controllable"}
+        """Return the parameters with the paper's force law (17), torque (33) and weights, where they have none."""
+        law = self.force_law or "controllable"
+        usual: dict[str, Any] = PAPER_WEIGHTS | {
+            "force_law": law,
+            "torque_model": "internal" if law == "controllable" else "total",
+        }
         missing = {name: value for name, value in usual.items() if getattr(self, name) is None}
         return replace(self, **missing) if missing else self
 
@@ -181,7 +187,8 @@ class GraspParameters(Value):
 
     def _usual(self, hand: Hand) -> dict[str, Any]:
         """Return what stands where nothing is given."""
-        return hand_parameters(hand) | {"force_law": "controllable" if self.torque_model == "internal" else "springs"}
+        law = "controllable" if self.torque_model == "internal" else "springs"
+        return hand_parameters(hand) | {"torque_model": "total", "force_law": law}
 
     @property
     def weighted(self) -> bool:

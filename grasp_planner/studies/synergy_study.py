@@ -71,7 +71,8 @@ class StudySettings:
             without if None.
         squeeze: Factor on δσ in the simulation.
         protocol: Name of the protocol.
-        starts: Most starts of a search; the first feasible one is taken.
+        starts: Most starts of a search.
+        enough: Feasible grasps after which a search ends with the best of them, one that closes if there is one.
         time_limit_s: Longest search, wall time [s]; None for no limit.
         cpu_limit_s: Longest search, processor time [s]; None for no limit.
     """
@@ -88,6 +89,7 @@ class StudySettings:
     squeeze: float = 1.0
     protocol: str = "plan"
     starts: int = 40
+    enough: int = 4
     time_limit_s: float | None = 60.0
     cpu_limit_s: float | None = None
 
@@ -110,7 +112,7 @@ class StudySettings:
         positive("squeeze", self.squeeze)
         if self.cpu_limit_s is not None:
             positive("cpu_limit", self.cpu_limit_s, unit="s")
-        PlannerOptions(starts=self.starts, time_limit_s=self.time_limit_s)
+        _ = self.options
         if self.friction_safety is not None:
             replace(LoadCases.off(), friction_safety=self.friction_safety)
         find_protocol(self.protocol)
@@ -121,6 +123,11 @@ class StudySettings:
         """Every case by the number of its row; those of more problems come after those of fewer."""
         groups = tuple(product(self.synergy_sets, self.object_kinds, self.counts))
         return tuple((*group, seed) for seed in range(self.problems) for group in groups)
+
+    @property
+    def options(self) -> PlannerOptions:
+        """How hard a search tries."""
+        return PlannerOptions(starts=self.starts, enough=self.enough, time_limit_s=self.time_limit_s)
 
     @property
     def case_limit_s(self) -> float | None:
@@ -194,7 +201,7 @@ def study_case(settings: StudySettings, key: Key) -> StudyRow:
     grasp = plan_grasp(
         settings.problem(key),
         seed=key[-1],
-        options=PlannerOptions(starts=settings.starts, enough=1, time_limit_s=settings.time_limit_s),
+        options=settings.options,
         cancel=lambda: limit is not None and time.process_time() - began > limit,
     )
     if not grasp.feasible:

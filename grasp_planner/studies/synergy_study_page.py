@@ -84,7 +84,7 @@ def settings_text(settings: StudySettings) -> str:
     plans = "with the standard load cases" if settings.loads else "without load cases"
     if settings.friction_safety is not None:
         plans += f", cones of μ/{settings.friction_safety:g}"
-    limits = [f"{settings.starts} starts"]
+    limits = [f"{settings.starts} starts, {settings.enough} feasible ones enough"]
     for limit, kind in ((settings.time_limit_s, "wall"), (settings.cpu_limit_s, "processor")):
         limits += [] if limit is None else [f"{limit:g} s of {kind} time"]
     return (
