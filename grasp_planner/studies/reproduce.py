@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from ..grasp.grasp import Grasp
+from ..grasp.grasp import Grasp, IterationRecord
 from ..hand.hand import Hand
 from ..model.task_direction import force_task
 from ..objects import Cylinder
 from ..planning.planner import plan_grasp
 from ..planning.ranking import feasible_rank
-from ..planning.starts import GraspStart
+from ..planning.starts import GraspStart, random_start
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
@@ -25,6 +26,21 @@ PARETO_RATIOS = tuple(np.logspace(-9, 0, 20).tolist())
 """Ratios w_F/w_C of the trade-off curve."""
 PARETO_SYNERGIES = 3
 """Number of synergies of the trade-off curve, as in table II."""
+FAIR_SETS = ("santello", "uji", "native_apart")
+"""Sets to put beside the paper's, human ones first; of those made by planning, one that never saw such a cylinder."""
+
+
+@dataclass(frozen=True)
+class SingleRuns:
+    """Single runs of the search, each from one random infeasible point.
+
+    Attributes:
+        tried: How many.
+        feasible: How many ended feasible.
+    """
+
+    tried: int = 0
+    feasible: int = 0
 
 
 @dataclass(frozen=True)
@@ -33,17 +49,26 @@ class CellResult:
 
     Attributes:
         cell: The paper's cell.
-        grasp: Our grasp.
+        grasp: Our grasp, the best of several starts.
+        all_iterations: Iterations of both phases over all starts.
+        single: How single runs end.
     """
 
     cell: PaperCell
     grasp: Grasp
+    all_iterations: int = 0
+    single: SingleRuns = SingleRuns()
+
+    @property
+    def angle(self) -> float | None:
+        """Angle between task and ellipsoid [degrees]; None where the ellipsoid has no longest axis."""
+        angle, degenerate = self.grasp.alignments[0]
+        return None if degenerate or not math.isfinite(angle) else angle
 
     def row(self) -> dict[str, object]:
         """Return the cell as a row of plain values; the contract of ``reproduce.json``."""
         grasp, search = self.grasp, self.grasp.search
         assert search is not None
-        angle, degenerate = grasp.alignments[0]
         return {
             "table": self.cell.table,
             "direction": self.cell.direction,
@@ -53,12 +78,14 @@ class CellResult:
             "force_norm": grasp.force_norm,
             "force_norm_floor": _finite(grasp.force_norm_floor),
             "task_index": grasp.task_index,
-            "alignment_angle_deg": _finite(angle),
-            "alignment_degenerate": degenerate,
+            "alignment_angle_deg": self.angle,
             "iterations": search.iterations,
             "phase_one_iterations": search.phase_one_iterations,
+            "all_iterations": self.all_iterations,
             "starts_tried": search.starts_tried,
             "starts_feasible": search.starts_feasible,
+            "single_runs": self.single.tried,
+            "single_runs_feasible": self.single.feasible,
             "time_s": search.time_s,
             "max_violation": grasp.max_violation,
             "synergy_set": grasp.problem.synergies.name,
@@ -83,6 +110,13 @@ class ParetoPoint:
     grasp: Grasp
 
 
+def fair_sets(hand: Hand, *, clearance: bool = False) -> tuple[str, ...]:
+    """Return the hand's sets to put beside the paper's; its default one if it has none of them, or with clearance."""
+    found = () if clearance else tuple(name for name in FAIR_SETS if name in hand.synergy_set_names)
+    default = hand.description.synergies.default_for(clearance)
+    return found or ((hand.synergies().name,) if default is None else (default,))
+
+
 def cell_problem(
     hand: Hand, cell: PaperCell, synergy_set: str | None, torque_model: str, clearance: bool
 ) -> GraspProblem:
@@ -92,7 +126,7 @@ def cell_problem(
         hand: The hand.
         cell: The cell.
         synergy_set: Synergy set; the hand's default if None.
-        torque_model: ``total`` or ``internal`` (the paper's eq. 33).
+        torque_model: ``internal`` (the paper's eq. 33) or ``total``.
         clearance: Whether Remarks 1 and 2 hold on the hand's real geometry.
 
     Returns:
@@ -120,8 +154,9 @@ def run_cells(
     seed: int,
     options: PlannerOptions,
     synergy_set: str | None = None,
-    torque_model: str = "total",
+    torque_model: str = "internal",
     clearance: bool = False,
+    single_runs: int = 0,
     progress: Callable[[CellResult], None] | None = None,
 ) -> list[CellResult]:
     """Plan every cell of tables I and II from the standard start, seeded ones, and the grasp with fewer synergies.
@@ -131,8 +166,9 @@ def run_cells(
         seed: Seed of every cell.
         options: Search options of every cell.
         synergy_set: Synergy set; the hand's default if None.
-        torque_model: ``total`` or ``internal``.
+        torque_model: ``internal`` or ``total``.
         clearance: Whether links keep clear.
+        single_runs: Single runs of each cell beside.
         progress: Called after every cell.
 
     Returns:
@@ -141,11 +177,15 @@ def run_cells(
     results: list[CellResult] = []
     for cell in PAPER_CELLS:
         problem = cell_problem(hand, cell, synergy_set, torque_model, clearance)
-        grasp = plan_grasp(problem, seed=seed, options=options)
+        iterations: list[IterationRecord] = []
+        search = partial(plan_grasp, problem, seed=seed, callback=iterations.append)
+        grasp = search(options=options)
         same = [result for result in results if result.cell.table == cell.table == 1]
         for fewer in (result for result in same if result.cell.direction == cell.direction):
-            grasp = _better(grasp, _continued(fewer.grasp, problem, seed, options))
-        results.append(CellResult(cell, grasp))
+            start = _continued(fewer.grasp, problem)
+            grasp = _better(grasp, search(options=replace(options, starts=1, phase_one=False), start=start))
+        single = _run_singly(problem, seed, options, single_runs)
+        results.append(CellResult(cell, grasp, len(iterations), single))
         if progress is not None:
             progress(results[-1])
     return results
@@ -157,7 +197,7 @@ def pareto_front(
     seed: int,
     options: PlannerOptions,
     synergy_set: str | None = None,
-    torque_model: str = "total",
+    torque_model: str = "internal",
     clearance: bool = False,
     progress: Callable[[ParetoPoint], None] | None = None,
 ) -> list[ParetoPoint]:
@@ -171,7 +211,7 @@ def pareto_front(
         seed: Seed of the search.
         options: Search options.
         synergy_set: Synergy set; the hand's default if None.
-        torque_model: ``total`` or ``internal``.
+        torque_model: ``internal`` or ``total``.
         clearance: Whether links keep clear.
         progress: Called after every ratio.
 
@@ -201,12 +241,19 @@ def pareto_front(
     return points
 
 
-def _continued(grasp: Grasp, problem: GraspProblem, seed: int, options: PlannerOptions) -> Grasp:
-    """Solve a problem from a grasp with fewer synergies, which is one of its own as far as posture goes."""
+def _run_singly(problem: GraspProblem, seed: int, options: PlannerOptions, count: int) -> SingleRuns:
+    """Run the search from random infeasible points, once from each."""
+    rng = np.random.default_rng(seed)
+    once = replace(options, starts=1, enough=1)
+    runs = [plan_grasp(problem, seed=seed, options=once, start=random_start(problem, rng)) for _ in range(count)]
+    return SingleRuns(count, sum(grasp.feasible for grasp in runs))
+
+
+def _continued(grasp: Grasp, problem: GraspProblem) -> GraspStart:
+    """Return the start at a grasp with fewer synergies, which is one of the problem's own as far as posture goes."""
     delta_sigma = np.zeros(problem.n_synergies)
     delta_sigma[: grasp.problem.n_synergies] = grasp.delta_sigma
-    start = GraspStart(grasp.joint_angles, grasp.palm_pose, delta_sigma)
-    return plan_grasp(problem, seed=seed, options=replace(options, starts=1, phase_one=False), start=start)
+    return GraspStart(grasp.joint_angles, grasp.palm_pose, delta_sigma)
 
 
 def _better(grasp: Grasp, other: Grasp) -> Grasp:
