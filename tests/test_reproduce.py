@@ -31,7 +31,7 @@ KEYS = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("reproduce")
-    arguments = ["reproduce", "--synergy-sets", "native_apart", "--single-runs", "3", "--out", str(out)]
+    arguments = ["reproduce", "--synergy-sets", "native", "--single-runs", "3", "--out", str(out)]
     result = CliRunner().invoke(main, arguments)
     assert result.exit_code == 0, result.output
     return out
