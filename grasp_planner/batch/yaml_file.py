@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..exceptions import FileFormatError
+from ..exceptions import FileFormatError, cut
 from ..files.text import read_text_file
 from .errors import BatchDependencyError, ResultsError, SpecError
 
@@ -65,7 +65,7 @@ def read_yaml(path: Path) -> tuple[Any, Lines]:
         raise ResultsError(path, "is not valid YAML: nested too deeply, or an alias within its own anchor") from None
     except (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError, ArithmeticError) as error:
         # PyYAML raises all of these on values that do not fit their tag, such as !!int ""
-        raise ResultsError(path, f"is not valid YAML: {str(error) or type(error).__name__}") from None
+        raise ResultsError(path, f"is not valid YAML: {cut(str(error), 200) or type(error).__name__}") from None
     finally:
         if loader is not None:
             loader.dispose()

@@ -6,6 +6,7 @@ Nothing else of the package opens a file for writing.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import secrets
 from collections.abc import Iterator
@@ -38,6 +39,8 @@ def replacing(path: Path, error: type[FileFormatError] = FileFormatError) -> Ite
     temporary: Path | None = None
     try:
         target = path.resolve()
+        if target.is_symlink():  # since Python 3.13 a circle of symbolic links is no error of resolve
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         if target.exists() and not target.is_file():
             with target.open("wb") as device:
                 yield device

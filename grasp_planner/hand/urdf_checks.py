@@ -13,6 +13,7 @@ import numpy as np
 from ..exceptions import FileFormatError
 from ..files.reading import MESH_SUFFIXES, read_bounded
 from ..files.scenes import check_scene
+from ..processes.guarded import number_or_death
 from .urdf_meshes import find_mesh, package_folders
 
 MAX_MESH_BYTES = 100_000_000
@@ -154,11 +155,10 @@ def _solid_defects(name: str, path: Path) -> list[str]:
         return [f"mesh {name!r} is none of {', '.join(MESH_SUFFIXES)}"]
     try:
         check_scene(path, read_bounded(path, MAX_MESH_BYTES))
-        triangles = int(coal.MeshLoader().load(str(path), np.ones(3)).num_tris)
+        # Assimp has many ways to fail, and some of them end the process.
+        triangles = number_or_death(lambda: coal.MeshLoader().load(str(path), np.ones(3)).num_tris)
     except FileFormatError as error:
         return [f"mesh {name!r} {error.reason}"]
-    except Exception:  # Assimp has many ways to fail
-        triangles = 0
     if not triangles:
         return [f"mesh {name!r} is no mesh that can be read"]
     if triangles > MAX_TRIANGLES:

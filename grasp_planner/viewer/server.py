@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import inspect
 import io
+import logging
 import math
 import re
 import secrets
@@ -260,7 +261,11 @@ def _checked_requests(hosts: list[str], *, any_host: bool, token: str, opened: C
                     response.headers["Set-Cookie"] = cookie
                 return response
 
-            return original(guarded, *args, process_request=check, origins=[pattern, None], **kwargs)
+            # What strangers send is no matter for the terminal; who logs sees it.
+            logger = logging.getLogger("grasp_planner.viewer.network")
+            logger.addHandler(logging.NullHandler())
+            kwargs |= {"process_request": check, "origins": [pattern, None], "logger": logger}
+            return original(guarded, *args, **kwargs)
 
         websocket_server.serve = serve  # type: ignore[misc,assignment]
         try:

@@ -1,7 +1,9 @@
 """The server against what pages and attackers can send, and several browsers at once: on the wire, no browser."""
 
+import contextlib
 import http.client
 import json
+import socket
 import time
 
 import numpy as np
@@ -259,6 +261,20 @@ def test_frames_that_are_no_message_close_the_connection_and_nothing_else(viewer
     assert closed.value.rcvd.code == 1003
     assert "Traceback" not in capfd.readouterr().err
     shake_hands(port, viewer.url)
+
+
+@pytest.mark.parametrize(
+    "data", [b"hello\r\n\r\n", b"\x16\x03\x01\x00", b"GET / HTTP/9.9\r\n\r\n", b"GET /" + b"x" * 9999]
+)
+def test_bytes_that_are_no_request_print_nothing(viewer, data, capfd):
+    with socket.create_connection(("127.0.0.1", viewer.server.get_port()), timeout=10) as link:
+        link.sendall(data)
+        link.shutdown(socket.SHUT_WR)
+        with contextlib.suppress(OSError):
+            while link.recv(4096):
+                pass
+    assert page(viewer.server.get_port())[0] == 200
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize(
