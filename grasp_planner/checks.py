@@ -12,6 +12,8 @@ from .spatial import Array, readonly
 
 UNIT_ROUNDING = 1e-15
 """How far the length of a unit vector may be off by rounding."""
+LARGEST_ENTRY = 1e100
+"""Largest number of an array where nothing narrower is known: sums of squares are finite."""
 
 
 def finite_array(field: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -26,16 +28,18 @@ def finite_array(field: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> A
         Read-only array of that shape.
 
     Raises:
-        InvalidValueError: If the shape differs or a number is not finite.
+        InvalidValueError: If the shape differs, or a number is not finite or so large that its square is not.
     """
     try:
         array = readonly(values)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InvalidValueError(field, values, f"numbers of shape {shape}") from None
     if array.shape != shape:
         raise InvalidValueError(field, array.shape, f"an array of shape {shape}")
     if not np.isfinite(array).all():
         raise InvalidValueError(field, array.tolist(), "finite numbers")
+    if np.abs(array).max(initial=0.0) > LARGEST_ENTRY:
+        raise InvalidValueError(field, array.tolist(), f"numbers up to {LARGEST_ENTRY:g} in size")
     return array
 
 

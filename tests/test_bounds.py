@@ -1,5 +1,6 @@
 """Budgets and bounds: what is endless, huge or not physical is refused where it enters."""
 
+import dataclasses
 import os
 import threading
 
@@ -15,6 +16,10 @@ from grasp_planner.exceptions import FileFormatError, InvalidValueError
 from grasp_planner.files.reading import read_bounded
 from grasp_planner.objects import parse_object
 from grasp_planner.objects.mesh_file import read_solid
+from grasp_planner.simulate.off_plan import Errors
+from grasp_planner.simulate.protocol import PLAN
+from grasp_planner.terms.costs import TaskIndex
+from grasp_planner.terms.objective import Objective
 
 BOMB = "a0: &a0 [x,x,x,x,x,x,x,x,x]\n" + "".join(f"a{k}: &a{k} [{','.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 9))
 
@@ -150,3 +155,34 @@ def test_a_scale_makes_no_planet_and_no_atom(tmp_path, monkeypatch, scale):
     (tmp_path / "a.ply").write_text(tetrahedron(1.0))
     with pytest.raises(gp.GraspPlannerError, match="scale"):
         parse_object(f"mesh:a.ply,scale={scale}")
+
+
+SETTINGS = (
+    *(gp.GraspParameters(), gp.LoadCases(), gp.ClearanceOptions(), gp.PlannerOptions(), PLAN, Errors()),
+    *(gp.Cylinder(), gp.Sphere(), gp.Box(), gp.Capsule(), gp.EllipsoidObject()),
+    *(gp.force_task((0, 1, 0)), gp.parse_task("twist:+x")),
+)
+NOT_PHYSICAL = (1e308, -1e308, float("nan"), float("inf"), 10**400, "a", None, [1.0, [2.0]])
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=lambda value: type(value).__name__)
+def test_no_field_takes_what_is_not_physical(settings):
+    for field in dataclasses.fields(settings):
+        old = getattr(settings, field.name)
+        size = 0 if isinstance(old, str) or not hasattr(old, "__len__") else len(old)
+        for bad in (*NOT_PHYSICAL, *([(value,) * size for value in NOT_PHYSICAL[:5]] if size else [])):
+            if (bad is None or isinstance(bad, str)) and not isinstance(old, float):
+                continue  # names and choices have tests of their own
+            try:
+                new = dataclasses.replace(settings, **{field.name: bad})
+            except gp.GraspPlannerError:
+                continue
+            left_out = bad is None and "None" in str(field.type)
+            assert left_out or repr(getattr(new, field.name)) == repr(old), (field.name, bad)
+
+
+def test_an_objective_next_to_zero_is_scaled_as_far_as_weights_go():
+    for weight in (1.0, 1e8):
+        scaled = Objective((TaskIndex().weighted(weight),)).scaled(1e17)
+        assert 1e8 <= scaled.terms[0].weight <= 1e9
+    assert Objective((TaskIndex().weighted(2.0),)).scaled(3.0).terms[0].weight == 6.0

@@ -6,6 +6,7 @@ Everything is in the object frame O: origin at the centre of mass, axes fixed to
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -214,15 +215,20 @@ SIZES, MASSES = (1e-6, 1000.0), (1e-9, 1e6)
 """Least and largest size [m] and mass [kg] of an object."""
 
 
-def check_sizes(shape: GraspObject, edge_limit: float = np.inf) -> None:
-    """Check every size and the mass of a shape to be positive and the edge radius to fit; make them floats."""
+def check_sizes(shape: GraspObject, edge_limit: Callable[[], float] = lambda: np.inf) -> None:
+    """Check every size and the mass of a shape to be positive and the edge radius to fit; make them floats.
+
+    Args:
+        shape: The shape, its edge radius the last of its fields.
+        edge_limit: Largest edge radius [m], asked for when the sizes are checked.
+    """
     for field in fields(shape):
         value = getattr(shape, field.name)
         name = f"object {shape.kind}.{field.name}"
         if field.name == "edge":
             number = positive(name, value)
-            if not 1e-6 <= number <= edge_limit:
-                raise InvalidValueError(name, value, f"between 1e-06 and {edge_limit:g} m")
+            if not 1e-6 <= number <= edge_limit():
+                raise InvalidValueError(name, value, f"between 1e-06 and {edge_limit():g} m")
         else:
             unit = "kg" if field.name == "mass" else "m"
             low, high = MASSES if field.name == "mass" else SIZES

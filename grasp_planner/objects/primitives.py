@@ -78,7 +78,7 @@ class Cylinder(GraspObject):
     edge: float = 0.002
 
     def __post_init__(self) -> None:
-        check_sizes(self, edge_limit=min(self.radius, self.height / 2))
+        check_sizes(self, edge_limit=lambda: min(self.radius, self.height / 2))
         if self.caps not in (0, 1):
             raise InvalidValueError("object cylinder.caps", self.caps, "0 or 1")
 
@@ -210,7 +210,7 @@ class Box(GraspObject):
     edge: float = 0.001
 
     def __post_init__(self) -> None:
-        check_sizes(self, edge_limit=min(self.x, self.y, self.z) / 2)
+        check_sizes(self, edge_limit=lambda: min(self.x, self.y, self.z) / 2)
 
     def coal_geometry(self) -> Any:
         """Return the coal geometry, with rounded edges."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..checks import positive_whole
+from ..checks import positive, positive_whole
 from ..grasp.grasp import Grasp
 from ..objects import Box, Capsule, Cylinder, GraspObject, Sphere
 from ..spatial import Pose, rotation_exp
@@ -39,6 +39,12 @@ class Errors:
     friction: float = 1.0
     mass: float = 1.0
     joint_friction: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("palm", "turn_deg", "radius", "joint_friction"):
+            positive(f"errors {name}", getattr(self, name), zero_allowed=True)
+        for name in ("friction", "mass"):
+            positive(f"errors {name}", getattr(self, name))
 
     @property
     def random(self) -> bool:

@@ -7,11 +7,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..checks import positive
+from ..checks import finite_array, positive
 from ..exceptions import InvalidValueError, NameNotFoundError
 
 Start = Literal["plan", "open"]
 Geometry = Literal["links", "contacts"]
+
+
+MOST_NOSLIP = 1000
+"""Most iterations of the no-slip solver."""
 
 
 @dataclass(frozen=True)
@@ -78,19 +82,35 @@ class Protocol:
     def __post_init__(self) -> None:
         for name in ("force", "hold_s", "check_s", "max_displacement", "max_rotation_deg", "stage_s", "ladder_cap"):
             positive(f"protocol {name}", getattr(self, name))
-        if not 1e-3 <= self.ladder_accuracy <= 1.0:
+        if not 1e-3 <= positive("protocol ladder_accuracy", self.ladder_accuracy) <= 1.0:
             raise InvalidValueError("protocol ladder_accuracy", self.ladder_accuracy, "from 0.001 to 1")
         for name in ("mass", "friction", "torque_arm"):
             if getattr(self, name) is not None:
                 positive(f"protocol {name}", getattr(self, name))
         for name in ("torsional_friction", "rest_s", "gate", "joint_friction"):
-            if getattr(self, name) is not None:
+            if name != "torsional_friction" or self.torsional_friction is not None:
                 positive(f"protocol {name}", getattr(self, name), zero_allowed=True)
         for name, allowed in (("start", ("plan", "open")), ("geometry", ("links", "contacts"))):
             if getattr(self, name) not in allowed:
                 raise NameNotFoundError(f"protocol {name}", str(getattr(self, name)), allowed)
-        if not 1e-5 <= self.timestep <= 0.004:
+        if not 1e-5 <= positive("protocol timestep", self.timestep) <= 0.004:
             raise InvalidValueError("protocol timestep", self.timestep, "from 1e-5 to 0.004 s")
+        self._check_solver()
+
+    def _check_solver(self) -> None:
+        """Check the name, what is switched on, and what MuJoCo's solver is told."""
+        if not isinstance(self.name, str):
+            raise InvalidValueError("protocol name", self.name, "a text")
+        for name in ("hold_while_closing", "gravity", "torques"):
+            if not isinstance(getattr(self, name), bool):
+                raise InvalidValueError(f"protocol {name}", getattr(self, name), "true or false")
+        positive("protocol impratio", self.impratio)
+        for name, size in (("solref", 2), ("solimp", 3)):
+            for value in finite_array(f"protocol {name}", getattr(self, name), (size,)):
+                positive(f"protocol {name}", value)
+        count = self.noslip_iterations
+        if type(count) is not int or not 0 <= count <= MOST_NOSLIP:
+            raise InvalidValueError("protocol noslip_iterations", count, f"a whole number from 0 to {MOST_NOSLIP}")
 
     @property
     def check_times(self) -> np.ndarray:

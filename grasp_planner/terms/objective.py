@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from ..checks import LARGEST
 from ..evaluation.state import GraspState
 from ..exceptions import InvalidValueError
 from ..judge.posed_grasp import PosedGrasp
@@ -59,6 +60,8 @@ class Objective:
 
     def scaled(self, factor: float) -> Objective:
         """Return the objective times a factor."""
+        # Next to zero at an optimum the factor would have no end.
+        factor = min(factor, LARGEST / max([1.0, *(each.weight for each in self.terms)]))
         return Objective(tuple(Weighted(each.cost, factor * each.weight) for each in self.terms))
 
     def typical(self, problem: GraspProblem, state: GraspState) -> float:
