@@ -9,6 +9,8 @@ from pathlib import Path
 
 MAX_VALUE = 80
 """Characters of a value that a message shows."""
+MAX_PATH = 160
+"""Characters of a path that a message shows, its end."""
 MAX_MESSAGE = 300
 """Characters of a message that the command line prints."""
 _MOST_ENTRIES, _MOST_LEVELS = 20, 4
@@ -89,7 +91,9 @@ class FileFormatError(GraspPlannerError):
     def __init__(self, path: Path | str, reason: str) -> None:
         self.path = Path(path)
         self.reason = reason
-        super().__init__(f"{self.path}: {reason}")
+        text = str(self.path)
+        # The end of a long path says more, and the reason most.
+        super().__init__(f"{text if len(text) <= MAX_PATH else '…' + text[1 - MAX_PATH :]}: {reason}")
 
     def __reduce__(self) -> tuple[type, tuple[Path, str]]:
         return type(self), (self.path, self.reason)

@@ -10,7 +10,8 @@ from click.testing import CliRunner
 import grasp_planner as gp
 from grasp_planner.cli import crash
 from grasp_planner.cli.main import COMMANDS, main
-from grasp_planner.exceptions import InvalidValueError, NameNotFoundError, cut, shown
+from grasp_planner.exceptions import FileFormatError, InvalidValueError, NameNotFoundError, cut, shown
+from grasp_planner.hand.description import read_hand_description
 
 
 class Panic(BaseException):
@@ -120,3 +121,43 @@ def test_long_and_endless_arguments_are_short_errors(arguments, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=60, check=False)
     assert done.returncode == 2 and "Traceback" not in done.stderr
     assert max(map(len, done.stderr.splitlines())) <= 330, done.stderr
+
+
+LONG = "n" * 5000
+HAND = """<robot name="r"><link name="a"/><link name="{link}"/><joint name="{joint}" type="{kind}"><parent link="a"/>
+<child link="{child}"/><axis xyz="0 0 1"/><limit lower="0" upper="{upper}"/>{mimic}</joint></robot>"""
+GOOD = {"link": "b", "joint": "j", "kind": "revolute", "child": "b", "upper": "1", "mimic": ""}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"link": LONG},
+        {"joint": LONG, "upper": "x"},
+        {"kind": LONG},
+        {"child": LONG},
+        {"mimic": f"<mimic joint='{LONG}'/>"},
+        {"link": LONG, "child": LONG, "mimic": f"<visual><geometry><mesh filename='{LONG}.stl'/></geometry></visual>"},
+    ],
+    ids=lambda changes: " ".join(changes),
+)
+def test_long_names_in_a_urdf_are_cut(tmp_path, changes):
+    path = tmp_path / "hand.urdf"
+    path.write_text(HAND.format(**{**GOOD, **changes}))
+    with pytest.raises(gp.GraspPlannerError) as refused:
+        gp.load_hand(path)
+    assert len(str(refused.value)) < 300 + len(str(path))
+
+
+def test_long_keys_and_values_of_a_description_are_cut(tmp_path):
+    for text in (f"name = '{LONG}'\nurdf = 3\n", f"urdf = '{LONG}'\n{LONG} = 1\n", f"joints = '{LONG}'\n"):
+        (tmp_path / "hand.toml").write_text(text)
+        with pytest.raises(FileFormatError) as refused:
+            read_hand_description(tmp_path / "hand.toml")
+        assert len(str(refused.value)) < 400 + len(str(tmp_path))
+
+
+def test_of_a_long_path_the_end_is_shown_and_the_reason_always():
+    assert str(FileFormatError("a/b.txt", "is empty")) == "a/b.txt: is empty"
+    message = str(FileFormatError("x" * 5000 + "/hand.urdf", "is empty"))
+    assert message.startswith("…xxx") and message.endswith("x/hand.urdf: is empty") and len(message) == 170

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError
+from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError, shown
 from ..files.text import finite_number, read_text_file
 from ..hand.hand import Hand
 from ..hand.loading import load_hand
@@ -156,7 +156,7 @@ def read_postures(path: Path) -> tuple[list[str], np.ndarray]:
             raise FileFormatError(path, f"row {number}: {len(row)} columns instead of {len(header)}")
         values.append(
             [
-                finite_number(path, f"row {number}, column {name!r}", text)
+                finite_number(path, f"row {number}, column {shown(name)}", text)
                 for name, text in zip(header, row, strict=True)
             ]
         )

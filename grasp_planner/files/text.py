@@ -65,6 +65,6 @@ def refuse_entities(path: Path, text: str) -> None:
     """
     declared = re.search(r"<\?xml[^>]*\bencoding\s*=\s*[\"']([^\"']*)", text[:1000])
     if declared and declared[1].lower() not in ("utf-8", "utf8", "ascii", "us-ascii"):
-        raise FileFormatError(path, f"declares the encoding {declared[1]!r}, only UTF-8 is allowed")
+        raise FileFormatError(path, f"declares the encoding {shown(declared[1])}, only UTF-8 is allowed")
     if "<!DOCTYPE" in text.upper() or "<!ENTITY" in text.upper():
         raise FileFormatError(path, "declares a document type or entities, which is not allowed")

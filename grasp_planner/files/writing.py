@@ -134,6 +134,13 @@ def write_all(handle: int, data: bytes) -> None:
         view = view[os.write(handle, view) :]
 
 
+def drop_output() -> None:
+    """Let go from now on of whatever this process prints, native libraries too."""
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)
+    os.dup2(nothing, 2)
+
+
 def open_log(path: Path) -> IO[bytes]:
     """Open a log that grows, for what child processes say; whole lines are not promised.
 

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ..exceptions import FileFormatError, NameNotFoundError
+from ..exceptions import FileFormatError, NameNotFoundError, shown
 from ..files.text import read_text_file
 
 MAX_DESCRIPTION_BYTES = 1_000_000
@@ -186,7 +186,7 @@ def read_hand_description(path: Path) -> HandDescription:
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise FileFormatError(path, f"key {key!r}: {first['msg']} (got {first['input']!r})") from None
+        raise FileFormatError(path, f"key {shown(key)}: {first['msg']} (got {shown(first['input'])})") from None
 
 
 def hand_library() -> dict[str, Path]:

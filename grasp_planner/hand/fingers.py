@@ -9,6 +9,7 @@ from typing import Any
 import coal
 import numpy as np
 
+from ..exceptions import shown
 from ..spatial import Array
 from .geometry_mesh import link_points
 from .motion import HandMotion
@@ -57,7 +58,7 @@ def find_fingers(motion: HandMotion) -> tuple[tuple[Finger, ...], tuple[str, ...
         chain = motion.chain(leaf)
         solid = [joint for joint in chain if joint in carried] if any(joint > 0 for joint in carried) else chain
         if not solid:
-            said.append(f"joint {model.names[leaf]!r} moves nothing that can touch: no finger")
+            said.append(f"joint {shown(model.names[leaf])} moves nothing that can touch: no finger")
         elif solid[-1] not in ends:
             ends.append(solid[-1])
     inner = {joint for end in ends for joint in motion.chain(end)[:-1]}
@@ -65,7 +66,7 @@ def find_fingers(motion: HandMotion) -> tuple[tuple[Finger, ...], tuple[str, ...
     kept = []
     for finger in fingers:
         if any(_covers(motion, other, finger) for other in fingers if other is not finger):
-            said.append(f"link of joint {model.names[finger.joint]!r} lies along another finger: no finger")
+            said.append(f"link of joint {shown(model.names[finger.joint])} lies along another finger: no finger")
         else:
             kept.append(finger)
     return tuple(kept), tuple(said)

@@ -10,7 +10,7 @@ from pathlib import Path
 import coal
 import numpy as np
 
-from ..exceptions import FileFormatError
+from ..exceptions import MAX_VALUE, FileFormatError, cut, shown
 from ..files.reading import MESH_SUFFIXES, read_bounded
 from ..files.scenes import check_scene
 from ..processes.guarded import number_or_death
@@ -47,7 +47,7 @@ def parse_robot(path: Path, text: str) -> ET.Element:
     except ET.ParseError as error:
         raise FileFormatError(path, f"is not valid XML: {error}") from None
     if robot.tag != "robot":
-        raise FileFormatError(path, f"is no URDF: its root element is <{robot.tag}>, not <robot>")
+        raise FileFormatError(path, f"is no URDF: its root element is <{cut(robot.tag, MAX_VALUE)}>, not <robot>")
     return robot
 
 
@@ -81,13 +81,13 @@ def mesh_defects(path: Path, text: str, robot: ET.Element, *, collision_only: bo
     for name in sorted(solid if collision_only else solid | seen):
         found = find_mesh(name, path, folders)
         if found is None:
-            lines.append(f"mesh {name!r} is missing")
+            lines.append(f"mesh {shown(name)} is missing")
             continue
         total += found.stat().st_size
         if found.stat().st_size > MAX_MESH_BYTES:
-            lines.append(f"mesh {name!r} is larger than the {MAX_MESH_BYTES} bytes allowed")
+            lines.append(f"mesh {shown(name)} is larger than the {MAX_MESH_BYTES} bytes allowed")
         elif total > MAX_MESH_BYTES:
-            return [*lines, f"meshes up to {name!r} are larger than the {MAX_MESH_BYTES} bytes allowed together"]
+            return [*lines, f"meshes up to {shown(name)} are larger than the {MAX_MESH_BYTES} bytes allowed together"]
         elif name in solid:
             lines += _solid_defects(name, found)
     return lines
@@ -105,22 +105,23 @@ def _moving_defects(joint: ET.Element, by_name: dict[str, ET.Element]) -> list[s
     """Return what is wrong with a joint that moves."""
     name, kind, mimic, axis = joint.get("name", ""), joint.get("type", ""), joint.find("mimic"), joint.find("axis")
     if kind not in ("revolute", "prismatic"):
-        return [f"joint {name!r} is {kind or 'of no type'}: only revolute and prismatic joints are supported"]
+        found = cut(kind, MAX_VALUE) or "of no type"
+        return [f"joint {shown(name)} is {found}: only revolute and prismatic joints are supported"]
     defects = []
     lower, upper = joint_range(joint)
     if not lower < upper:
-        defects.append(f"joint {name!r} has no usable limits: lower and upper have to be numbers, lower < upper")
+        defects.append(f"joint {shown(name)} has no usable limits: lower and upper have to be numbers, lower < upper")
     if axis is not None:
         along = [finite_or_nan(part) for part in axis.get("xyz", "1 0 0").split()]
         if len(along) != 3 or not np.linalg.norm(along) > 1e-6:
-            defects.append(f"joint {name!r} has no usable axis: three numbers that are not all zero")
+            defects.append(f"joint {shown(name)} has no usable axis: three numbers that are not all zero")
     if mimic is None:
         return defects
     source = by_name.get(mimic.get("joint", ""))
     if source is None:
-        defects.append(f"joint {name!r} mimics {mimic.get('joint')!r}, which does not exist")
+        defects.append(f"joint {shown(name)} mimics {shown(mimic.get('joint'))}, which does not exist")
     elif source.find("mimic") is not None:  # chains that end have been flattened
-        defects.append(f"joint {name!r} mimics {source.get('name')!r}, which leads back to itself")
+        defects.append(f"joint {shown(name)} mimics {shown(source.get('name'))}, which leads back to itself")
     return defects
 
 
@@ -129,7 +130,8 @@ def tree_defects(robot: ET.Element) -> list[str]:
     defects = []
     for tag in ("link", "joint"):
         counts = Counter(element.get("name", "") for element in robot.findall(tag))
-        defects += [f"{tag} {name!r} is defined {count} times" for name, count in counts.items() if count > 1]
+        defects += [f"a {tag} has no name"] if "" in counts else []
+        defects += [f"{tag} {shown(name)} is defined {count} times" for name, count in counts.items() if count > 1]
     links = {link.get("name", "") for link in robot.findall("link")}
     parents: dict[str, str] = {}
     for joint in robot.findall("joint"):
@@ -138,9 +140,11 @@ def tree_defects(robot: ET.Element) -> list[str]:
             element = joint.find(tag)
             ends[tag] = "" if element is None else element.get("link", "")
             if ends[tag] not in links:
-                defects.append(f"joint {joint.get('name')!r} has no {tag} link that exists (got {ends[tag]!r})")
+                defects.append(
+                    f"joint {shown(joint.get('name'))} has no {tag} link that exists (got {shown(ends[tag])})"
+                )
         if ends["child"] in parents:
-            defects.append(f"link {ends['child']!r} hangs on two joints; closed chains are not supported")
+            defects.append(f"link {shown(ends['child'])} hangs on two joints; closed chains are not supported")
         parents[ends["child"]] = ends["parent"]
     roots = sorted(links - set(parents))
     if not defects and len(roots) != 1:
@@ -152,17 +156,17 @@ def tree_defects(robot: ET.Element) -> list[str]:
 def _solid_defects(name: str, path: Path) -> list[str]:
     """Return why a link can't collide with a mesh, one line or none."""
     if path.suffix.lower() not in MESH_SUFFIXES:
-        return [f"mesh {name!r} is none of {', '.join(MESH_SUFFIXES)}"]
+        return [f"mesh {shown(name)} is none of {', '.join(MESH_SUFFIXES)}"]
     try:
         check_scene(path, read_bounded(path, MAX_MESH_BYTES))
         # Assimp has many ways to fail, and some of them end the process.
         triangles = number_or_death(lambda: coal.MeshLoader().load(str(path), np.ones(3)).num_tris)
     except FileFormatError as error:
-        return [f"mesh {name!r} {error.reason}"]
+        return [f"mesh {shown(name)} {error.reason}"]
     if not triangles:
-        return [f"mesh {name!r} is no mesh that can be read"]
+        return [f"mesh {shown(name)} is no mesh that can be read"]
     if triangles > MAX_TRIANGLES:
-        return [f"mesh {name!r} has {triangles} triangles, more than the {MAX_TRIANGLES} allowed"]
+        return [f"mesh {shown(name)} has {triangles} triangles, more than the {MAX_TRIANGLES} allowed"]
     return []
 
 

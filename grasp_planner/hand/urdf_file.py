@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..exceptions import FileFormatError
+from ..exceptions import FileFormatError, shown
 from ..files.quiet import quiet
 from ..files.text import read_text_file, refuse_entities
 from .urdf_checks import finite_or_nan, joint_defects, joint_range, mesh_defects, parse_robot, tree_defects
@@ -250,6 +250,6 @@ def _mimics(path: Path, robot: ET.Element) -> dict[str, MimicJoint]:
         name = joint.get("name", "")
         multiplier, offset = finite_or_nan(mimic.get("multiplier", "1")), finite_or_nan(mimic.get("offset", "0"))
         if not (np.isfinite(multiplier) and np.isfinite(offset)) or multiplier == 0.0:
-            raise FileFormatError(path, f"joint {name!r}: mimic multiplier and offset have to be finite and not 0")
+            raise FileFormatError(path, f"joint {shown(name)}: mimic multiplier and offset have to be finite and not 0")
         mimics[name] = MimicJoint(mimic.get("joint", ""), multiplier, offset)
     return mimics

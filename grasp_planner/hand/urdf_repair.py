@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 import pinocchio as pin
 
-from ..exceptions import InvalidValueError, NameNotFoundError
+from ..exceptions import InvalidValueError, NameNotFoundError, shown
 from ..spatial import Array
 from .urdf_checks import finite_or_nan, joint_range
 from .urdf_tree import has_geometry
@@ -79,7 +79,7 @@ def _tidied(joint: ET.Element, seen: set[str]) -> list[str]:
     name, kind, parent = joint.get("name", ""), joint.get("type", ""), joint.find("parent")
     if kind in FREE and parent is not None and parent.get("link", "") not in seen:
         fix_joint(joint, 0.0)
-        return [f"joint {name!r} is {kind}: fixed, the hand is placed by its palm"]
+        return [f"joint {shown(name)} is {kind}: fixed, the hand is placed by its palm"]
     lower, upper = joint_range(joint)
     if kind == "continuous" or (kind == "revolute" and min(upper, -lower) > 2.0 * HALF_TURN + 1e-6):
         joint.set("type", "revolute")
@@ -88,7 +88,7 @@ def _tidied(joint: ET.Element, seen: set[str]) -> list[str]:
             limit = ET.SubElement(joint, "limit", effort="0", velocity="1")
         limit.set("lower", repr(-HALF_TURN))
         limit.set("upper", repr(HALF_TURN))
-        return [f"joint {name!r} turns without end: limited to ±π"]
+        return [f"joint {shown(name)} turns without end: limited to ±π"]
     return []
 
 
@@ -105,7 +105,7 @@ def _lock(joints: dict[str, ET.Element], name: str, value: float) -> str:
     unit = "m" if joint.get("type") == "prismatic" else "rad"
     fix_joint(joint, float(value))
     joint.set("at", repr(float(value)))  # what mimics of it follow; URDF readers ignore the attribute
-    return f"joint {name!r} is locked at {value:g} {unit}"
+    return f"joint {shown(name)} is locked at {value:g} {unit}"
 
 
 def _flatten_mimics(joints: dict[str, ET.Element]) -> list[str]:
@@ -120,9 +120,11 @@ def _flatten_mimics(joints: dict[str, ET.Element]) -> list[str]:
         if source is None or multiplier == 0.0:
             fix_joint(joint, offset)
             joint.set("at", repr(offset))
-            said.append(f"joint {name!r} mimics what does not move it: fixed at {offset:g}")
+            said.append(f"joint {shown(name)} mimics what does not move it: fixed at {offset:g}")
         elif source != mimic.get("joint"):
-            said.append(f"joint {name!r} mimics {mimic.get('joint')!r}, itself a mimic: now {source!r} directly")
+            said.append(
+                f"joint {shown(name)} mimics {shown(mimic.get('joint'))}, itself a mimic: now {shown(source)} directly"
+            )
             mimic.attrib |= {"joint": source, "multiplier": repr(multiplier), "offset": repr(offset)}
     return said
 
@@ -155,7 +157,7 @@ def _fix_immovable(joints: dict[str, ET.Element]) -> list[str]:
         if 0.0 <= upper - lower < LEAST_RANGE:
             fix_joint(joint, lower)
             joint.set("at", repr(lower))
-            said.append(f"joint {name!r} has limits without width: fixed at {lower:g}")
+            said.append(f"joint {shown(name)} has limits without width: fixed at {lower:g}")
     return said + (_flatten_mimics(joints) if said else [])
 
 
@@ -179,7 +181,7 @@ def _mimic_limits(joints: dict[str, ET.Element]) -> list[str]:
             limit.set("lower", repr(ends[0]))
             limit.set("upper", repr(ends[1]))
             said.append(
-                f"joint {name!r} has limits that its source {source.get('name')!r} contradicts: "
+                f"joint {shown(name)} has limits that its source {shown(source.get('name'))} contradicts: "
                 f"now {ends[0]:.4g} to {ends[1]:.4g}"
             )
     return said

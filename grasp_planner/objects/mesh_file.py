@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..exceptions import FileFormatError
+from ..exceptions import FileFormatError, shown
 from ..files.quiet import quiet
 from ..files.reading import MESH_SUFFIXES, read_bounded
 from ..files.scenes import check_scene
@@ -65,7 +65,7 @@ def _read(path: Path) -> trimesh.Trimesh:
 
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
-        raise FileFormatError(path, f"suffix {suffix!r} is none of {', '.join(MESH_SUFFIXES)}")
+        raise FileFormatError(path, f"suffix {shown(suffix)} is none of {', '.join(MESH_SUFFIXES)}")
     data = read_bounded(path, MAX_MESH_BYTES)
     if not data:
         raise FileFormatError(path, "is empty")

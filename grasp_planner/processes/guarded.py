@@ -11,6 +11,8 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
+from ..files.writing import drop_output
+
 LIMIT_BYTES = 1_500_000_000
 """Memory that the copy may take beyond what the process has [bytes]."""
 LIMIT_S = 30
@@ -51,9 +53,7 @@ def _limit() -> None:
     faulthandler.disable()
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(LIMIT_S)
-    nothing = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nothing, 1)
-    os.dup2(nothing, 2)
+    drop_output()
     with contextlib.suppress(OSError, ValueError):  # only Linux says what a process has
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         most = pages * os.sysconf("SC_PAGE_SIZE") + LIMIT_BYTES

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from ..analysis.measured_contacts import ContactSet
-from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError
+from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError, shown
 from ..files.text import read_text_file
 from ..model.contact_model import parse_contact_model
 from ..model.quasi_static import compliant_grasp
@@ -68,7 +68,7 @@ def read_contact_file(path: Path) -> ContactSet:
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise FileFormatError(path, f"key {key!r}: {first['msg']}") from None
+        raise FileFormatError(path, f"key {shown(key)}: {first['msg']}") from None
     except (InvalidValueError, NameNotFoundError) as error:
         raise FileFormatError(path, str(error)) from None
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from ..exceptions import FileFormatError
+from ..exceptions import FileFormatError, shown
 from ..files.reading import read_bounded
 from ..grasp.grasp import Grasp
 from .grasp_record import grasp_record
@@ -72,7 +72,7 @@ def parse_grasp_record(content: bytes, source: Path | str, number: int = 1) -> G
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise FileFormatError(source, f"key {key!r}: {first['msg']}") from None
+        raise FileFormatError(source, f"key {shown(key)}: {first['msg']}") from None
     if number > len(found):
         raise FileFormatError(source, f"holds {len(found)} grasps, not {number}")
     return found[number - 1]

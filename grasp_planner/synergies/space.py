@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..checks import finite_array
-from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError
+from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError, shown
 from ..files.text import finite_number, read_text_file
 from ..files.writing import write_text
 from ..spatial import Array, readonly
@@ -260,7 +260,7 @@ def _table(path: Path, text: str) -> list[list[str]]:
 
 def _number(path: Path, row: int, column: str, text: str) -> float:
     """Return a finite number of the table."""
-    return finite_number(path, f"table row {row}, column {column!r}", text)
+    return finite_number(path, f"table row {row}, column {shown(column)}", text)
 
 
 def _note(notes: list[str], key: str) -> str:

@@ -114,6 +114,7 @@ BAD = {
     "loop": ({"extra": JOINT.format("d", "revolute", "a_2", "base", "0 0 0", LIMIT)}, "its joints close a loop"),
     "closed chain": ({"extra": JOINT.format("d", "revolute", "a_2", "b_2", "0 0 0", LIMIT)}, "hangs on two joints"),
     "two roots": ({"extra": LINK.format("alone", "")}, "several roots (alone, base)"),
+    "no name": ({"extra": "<link/>"}, "a link has no name"),
     "twice": ({"extra": LINK.format("a_1", "")}, "link 'a_1' is defined 2 times"),
 }
 
