@@ -40,7 +40,7 @@ def raises():
         (raises, None),
         (os.abort, None),
         (lambda: os._exit(0), None),
-        (lambda: len(bytearray(b"x") * (guarded.LIMIT_BYTES + 10**9)), None),
+        (lambda: len(b"x" * (guarded.LIMIT_BYTES + 10**9)), None),
         (lambda: os.write(2, b"dying words\n"), 12),
     ],
     ids=["number", "zero", "raises", "aborts", "exits", "memory", "words"],
