@@ -8,14 +8,12 @@ from ..objects import GraspObject
 from ..problem.problem import GraspProblem
 from ..spatial import Array
 
-REACH = 2e-3
-"""How far around a contact the search compares normals [m]: the footprint and the width over which the smooth distance
-rounds an edge."""
+REACH = 1e-3
+"""How far around a contact normals count [m]; the search adds the width over which its distance rounds edges."""
 SHARP = 3e-3
 """Radius of edges from which a finger can rest on them [m]: a footprint of 1 mm then holds normals within 40°."""
 LIMIT = float(np.radians(35.0))
-"""Widest angle that the search allows there; on an edge of 90° the smooth normal is 45° from both sides [rad]."""
-_SIDES = np.vstack([np.eye(3), -np.eye(3)])
+"""Widest angle between two normals that the search allows; what it sees of an edge is a few degrees less [rad]."""
 
 
 def edges_count(problem: GraspProblem) -> bool:
@@ -24,7 +22,9 @@ def edges_count(problem: GraspProblem) -> bool:
 
 
 def edge_reserve(grasp_object: GraspObject, points: Array, normals: Array) -> Array:
-    """Return the angles left between the normal at contacts and those at six points in their tangent planes.
+    """Return the angles left between the normals on both sides of contacts, along three directions of their planes.
+
+    Both sides are compared with each other: the normal in the middle of an edge is half its angle from both.
 
     Args:
         grasp_object: The object.
@@ -32,10 +32,12 @@ def edge_reserve(grasp_object: GraspObject, points: Array, normals: Array) -> Ar
         normals: Unit normals there into the object, of shape (..., 3).
 
     Returns:
-        (cos of the angle − cos LIMIT) / sin LIMIT, the angle left [rad] to first order at the limit, of shape (..., 6).
+        (cos of the angle − cos LIMIT) / sin LIMIT, the angle left [rad] to first order at the limit, of shape (..., 3).
     """
-    slope = grasp_object.gradients(_around(points, normals))
-    cosine = -(normals[..., None, :] * slope).sum(axis=-1) / np.linalg.norm(slope, axis=-1)
+    offsets = _offsets(grasp_object, normals)
+    slope = grasp_object.gradients(points[..., None, None, :] + np.stack([offsets, -offsets], axis=-3))
+    outward = slope / np.linalg.norm(slope, axis=-1, keepdims=True)
+    cosine = (outward[..., 0, :, :] * outward[..., 1, :, :]).sum(axis=-1)
     return np.asarray((cosine - np.cos(LIMIT)) / np.sin(LIMIT))
 
 
@@ -52,25 +54,29 @@ def edge_reserve_slope(
         d_normals: Derivatives of the normals, of shape (..., n_g, 3).
 
     Returns:
-        Derivatives, of shape (..., 6, n_g).
+        Derivatives, of shape (..., 3, n_g).
     """
-    found = grasp_object.field(_around(points, normals))
-    # u = a (e − n nᵀe): its derivative, and that of the point c + u.
-    along = normals @ _SIDES.T
-    d_along = _SIDES @ np.swapaxes(d_normals, -1, -2)
-    d_offset = along[..., None, None] * d_normals[..., None, :, :]
-    d_offset += normals[..., None, None, :] * d_along[..., None]
-    d_around = d_points[..., None, :, :] - REACH * d_offset
+    offsets = _offsets(grasp_object, normals)
+    found = grasp_object.field(points[..., None, None, :] + np.stack([offsets, -offsets], axis=-3))
+    # u = r (e − n nᵀe) for the three axes e; the points on both sides are c ± u.
+    d_offsets = normals[..., :, None, None] * d_normals[..., None, :, :]
+    d_offsets += np.swapaxes(d_normals, -1, -2)[..., None] * normals[..., None, None, :]
+    d_offsets *= -_reach(grasp_object)
+    d_around = d_points[..., None, None, :, :] + np.stack([d_offsets, -d_offsets], axis=-4)
     length = np.linalg.norm(found.gradient, axis=-1, keepdims=True)
     outward = found.gradient / length
-    cosine = -(normals[..., None, :] * outward).sum(axis=-1, keepdims=True)
-    covector = -(normals[..., None, :] + cosine * outward) / length
-    turn = (covector[..., None, :] @ found.hessian)[..., 0, :]
-    slope = (d_around @ turn[..., None])[..., 0] - outward @ np.swapaxes(d_normals, -1, -2)
+    others = outward[..., ::-1, :, :]
+    cosine = (outward * others).sum(axis=-1, keepdims=True)
+    turn = (found.hessian @ ((others - cosine * outward) / length)[..., None])[..., 0]
+    slope = (d_around @ turn[..., None])[..., 0].sum(axis=-3)
     return np.asarray(slope / np.sin(LIMIT))
 
 
-def _around(points: Array, normals: Array) -> Array:
-    """Return the points in the tangent planes, of shape (..., 6, 3)."""
-    tangent = _SIDES - (normals @ _SIDES.T)[..., None] * normals[..., None, :]
-    return points[..., None, :] + REACH * tangent
+def _reach(grasp_object: GraspObject) -> float:
+    """Return how far around a contact normals are compared [m]."""
+    return REACH + grasp_object.blur
+
+
+def _offsets(grasp_object: GraspObject, normals: Array) -> Array:
+    """Return the vectors to the points on one side, in the tangent planes [m], of shape (..., 3, 3), one a row."""
+    return _reach(grasp_object) * (np.eye(3) - normals[..., :, None] * normals[..., None, :])

@@ -67,6 +67,11 @@ class GraspObject(Value, ABC):
         """Largest error of :meth:`sample`'s distance near the surface against the exact solid [m]."""
         return 0.0
 
+    @property
+    def blur(self) -> float:
+        """How far from a sharp edge of the exact solid :meth:`sample` rounds it [m]."""
+        return 0.0
+
     @abstractmethod
     def coal_geometry(self) -> Any:
         """Return the exact solid as a coal geometry in O, for checks independent of :meth:`sample`."""

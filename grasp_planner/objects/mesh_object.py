@@ -162,6 +162,11 @@ class MeshObject(GraspObject):
         return self.size * self.loaded.grid.axes.resolution
 
     @property
+    def blur(self) -> float:
+        """The spline's cubes are as wide as the spacing of its grid [m]."""
+        return self.grid_resolution
+
+    @property
     def half_extents(self) -> Array:
         """Half the edges of the bounding box that is symmetric about the centre of mass [m]."""
         return self.size * np.abs(self.loaded.bounds).max(axis=0)

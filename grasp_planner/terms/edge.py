@@ -17,7 +17,7 @@ from .padding import padded
 class EdgeDistance(Constraint):
     """No contact on a sharp edge or a rim: the normals within a footprint spread by 40° at most.
 
-    The search compares the normal at a contact with that at six points in its tangent plane.
+    The search compares the normals on both sides of a contact, along three directions of its tangent plane.
     """
 
     name, unit = "edge", RADIAN
@@ -27,7 +27,7 @@ class EdgeDistance(Constraint):
         return edges_count(problem)
 
     def residual(self, problem: GraspProblem, state: GraspState) -> Array:
-        """Return the angles left, six a contact."""
+        """Return the angles left, three a contact."""
         return edge_reserve(problem.grasp_object, state.geometry.points, state.geometry.normals).ravel()
 
     def jacobian(self, problem: GraspProblem, state: GraspState) -> Array:

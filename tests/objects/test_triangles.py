@@ -11,7 +11,9 @@ import pytest
 import trimesh
 
 import grasp_planner as gp
+from grasp_planner.evaluation.edge_reserve import edge_reserve
 from grasp_planner.grasp.verdict import on_edges
+from grasp_planner.judge.surface_check import FOOTPRINT, SPREAD
 from grasp_planner.model.contacts import Contacts
 from grasp_planner.multistart.problem_rows import BatchedProblem
 from grasp_planner.objects import triangles
@@ -141,9 +143,28 @@ def test_edge_distance_derivatives(mesh_texts, name):
 
     state = program.evaluator.evaluate(z * program.scale)
     analytic = term.jacobian(problem, state) * program.scale
-    assert analytic.shape == (6 * len(problem.frames), z.size)
+    assert analytic.shape == (3 * len(problem.frames), z.size)
     numeric = central_differences(residual, z, 1e-7)
     np.testing.assert_allclose(analytic, numeric, atol=1e-5 * np.abs(numeric).max())
+
+
+def test_the_search_sees_every_edge_that_the_judge_sees(tmp_path):
+    """On and beside an edge of 45°, also in its very middle, where the normal leans half as far from both faces."""
+    half = np.radians(22.5)
+    x, y = 0.03 * np.cos(half), -0.03 * np.sin(half)
+    outline = [(0.0, 0.0), (x, y), (-x, y), (x, -0.04), (-x, -0.04)]
+    hull = trimesh.convex.convex_hull([[*point, z] for point in outline for z in (-0.03, 0.03)])
+    hull.export(tmp_path / "wedge.stl")
+    wedge = gp.MeshObject.load(tmp_path / "wedge.stl")
+    rng = np.random.default_rng(0)
+    points = wedge.file_origin + rng.uniform(-0.002, 0.002, (200, 3)) * [1.0, 1.0, 5.0]
+    for _ in range(5):
+        found = wedge.field(points)
+        points = points - found.distance[:, None] * found.gradient
+    normals = -found.gradient / np.linalg.norm(found.gradient, axis=1)[:, None]
+    judged = wedge.normal_spread(wedge.nearest(points).points, FOOTPRINT) > SPREAD
+    assert 20 < judged.sum() < 180
+    assert (edge_reserve(wedge, points, normals).min(axis=-1) < 0.0)[judged].all()
 
 
 def test_edge_distance_of_many_states(bracket_problem):
