@@ -19,7 +19,7 @@ from .synergy_study_plots import group_of, margin_figure, roc_figure, synergy_fi
 TITLE = "Physics against the number of synergies"
 HONESTY = (
     "Every problem is a random object of its kind (cylinders of 20–45 mm radius, spheres of 25–45 mm, boxes of "
-    "40–80 mm edges, …) of 200 g and a random force direction, planned once; found: the first feasible grasp. It "
+    "40–80 mm edges, …) of 200 g and a random force direction, planned once; found: the best feasible grasp. It "
     "passes if the object stays within 5 cm and 15° under each of six pushes; load is the largest force held in "
     "the weakest of these directions; it and F are medians; the share that passed is that of the grasps found. "
     "The hand is moved by its n_s references and its joint springs alone, its palm is fixed; nothing limits its "
