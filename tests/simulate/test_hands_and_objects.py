@@ -16,13 +16,15 @@ from grasp_planner.simulate.convex_pieces import convex_pieces
 from grasp_planner.simulate.mjcf_object import ObjectSolid, object_solids
 from grasp_planner.simulate.protocol import PLAN
 from grasp_planner.simulate.simulation_record import simulation_record
+from tests.stored import TOTAL
 
 ROOT = Path(__file__).parents[2]
 
 
 def rest_of(hand, grasp_object, n_synergies, protocol, contact_set=None, seed=0):
     """Plan, and simulate with a little more friction than planned, so that nothing slips."""
-    problem = gp.GraspProblem.paper(hand, grasp_object, n_synergies=n_synergies, contact_set=contact_set)
+    fields = {"n_synergies": n_synergies, "parameters": TOTAL, "contact_set": contact_set}
+    problem = gp.GraspProblem.paper(hand, grasp_object, **fields)
     grasp = gp.plan_grasp(problem, seed=seed, options=gp.PlannerOptions(enough=1))
     assert grasp.feasible
     test = replace(protocol, friction=1.1 * problem.parameters.friction, torques=False, hold_s=0.2)
