@@ -103,7 +103,7 @@ class Page:
     def close(self):
         """Close the page; it must not have complained or asked for anything elsewhere."""
         self.context.close()
-        assert not self.complaints
+        assert not self.complaints, self.complaints
         assert not self.failed
         assert not self.foreign
 
