@@ -11,6 +11,8 @@ import grasp_planner as gp
 from grasp_planner.drawing import look
 from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.viewer.panels.chapters import ABOUT, CHAPTERS
+from grasp_planner.viewer.scene.draw_grasp import DisplayOptions, GraspDrawing
+from grasp_planner.viewer.server import LocalServer
 from grasp_planner.viewer.verdict_card import headline
 from grasp_planner.viewer.worker import Worker
 
@@ -244,6 +246,18 @@ def test_clicking_shows_the_numbers_of_contacts_and_links(viewer):
 def test_fingers_and_fingertips_have_their_colours(viewer):
     colours = {tuple(mesh.color) for mesh in viewer.picture._hand.meshes.values()}
     assert {look.HAND, look.PAD, look.PALM} <= colours
+
+
+def test_there_are_arrows_for_all_forces_before_their_colours_come(grasp):
+    # A page may draw between two messages, and complains of more colours than arrows.
+    server = LocalServer()
+    try:
+        drawing = GraspDrawing(server.scene, grasp.problem)
+        assert len(drawing._forces.points) == len(grasp.contacts.points)
+        drawing.draw(grasp, DisplayOptions())
+        assert len(drawing._forces.colors) == len(drawing._forces.points) == len(grasp.contacts.points)
+    finally:
+        server.stop()
 
 
 def test_looking_at_the_grasp_moves_the_camera_of_every_page(viewer, client):

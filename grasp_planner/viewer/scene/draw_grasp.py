@@ -166,20 +166,21 @@ class GraspDrawing:
 
     def _add_arrows(self) -> None:
         """Add the arrows of normals, forces, weight and task."""
-        none = np.zeros((1, 2, 3), np.float32)
+        n_c = len(self.problem.frames)
 
-        def arrows(name: str, colour: look.Colour, thickness: float) -> viser.ArrowsHandle:
+        def arrows(name: str, colour: look.Colour, thickness: float, number: int = 1) -> viser.ArrowsHandle:
             return self._scene.add_arrows(
                 f"{ROOT}/{name}",
-                none,
+                np.zeros((number, 2, 3), np.float32),
                 colour,
                 shaft_radius=thickness,
                 head_radius=2.4 * thickness,
                 head_length=5.0 * thickness,
             )
 
-        self._normals = arrows("normals", look.NORMAL, 0.0006)
-        self._forces = arrows("forces", look.FORCE, 0.0016)
+        # As many as contacts from the start: a page may draw between the arrival of colours and that of points.
+        self._normals = arrows("normals", look.NORMAL, 0.0006, n_c)
+        self._forces = arrows("forces", look.FORCE, 0.0016, n_c)
         self._weight = arrows("weight", look.WEIGHT, 0.0014)
         self._tasks = arrows("tasks", look.TASK, 0.0024)
 
