@@ -13,7 +13,7 @@ from grasp_planner.batch.expand import CaseTable
 from grasp_planner.cli.batch import parse_rows
 from grasp_planner.cli.options import parse_counts
 from grasp_planner.exceptions import FileFormatError, InvalidValueError
-from grasp_planner.files.reading import read_bounded
+from grasp_planner.files.reading import opened_file, read_bounded
 from grasp_planner.objects import parse_object
 from grasp_planner.objects.mesh_file import read_solid
 from grasp_planner.simulate.off_plan import Errors
@@ -90,9 +90,19 @@ def test_what_has_no_size_is_read_up_to_its_bound(tmp_path):
     assert read_bounded(tmp_path / f"/dev/fd/{reading}", 10) == b"abc"
     writer.join()
     os.close(reading)
-    for bad, reason in ((tmp_path, "directory"), (tmp_path / "none", "No such"), (tmp_path / "\0", "no name")):
+    for bad, reason in (
+        (tmp_path, "is no file but a folder"),
+        (tmp_path / "none", "No such"),
+        (tmp_path / "\0", "no name"),
+    ):
         with pytest.raises(FileFormatError, match=reason):
             read_bounded(bad, 10)
+    for bad in (tmp_path, pipe, tmp_path / "/dev/zero"):
+        with pytest.raises(FileFormatError, match="is no file but"), opened_file(bad, 10):
+            pass
+    (tmp_path / "large").write_bytes(b"x" * 11)
+    with pytest.raises(FileFormatError, match="larger than the 10 bytes"), opened_file(tmp_path / "large", 10):
+        pass
 
 
 @pytest.mark.parametrize(

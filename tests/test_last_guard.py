@@ -1,5 +1,6 @@
 """The last guard of the command line: whatever is raised is one line, with a report; long values are cut."""
 
+import re
 import subprocess
 import sys
 
@@ -109,6 +110,8 @@ def test_short_values_are_shown_as_they_are():
         ["plan", "--" + "n" * 5000],
         ["c" * 5000],
         ["plan", "--friction", "9" * 5000],
+        ["plan", "--stop-weight", "x" * 5000],
+        ["plan", "--stop-weight", "x y " * 2000],
         ["plan", "--seed", "-1"],
         ["analyse", "/dev/zero"],
         ["export-rows", ".", "--out", "x", "--rows", "0-99999999999"],
@@ -121,6 +124,7 @@ def test_long_and_endless_arguments_are_short_errors(arguments, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=60, check=False)
     assert done.returncode == 2 and "Traceback" not in done.stderr
     assert max(map(len, done.stderr.splitlines())) <= 330, done.stderr
+    assert not re.search(r"(.)\1{80}|(?:x y ){21}", done.stderr), "no value of more than 80 characters"
 
 
 LONG = "n" * 5000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import sys
 import traceback
 import warnings
@@ -12,7 +13,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..exceptions import MAX_MESSAGE, GraspPlannerError, cut
+from ..exceptions import MAX_MESSAGE, MAX_VALUE, GraspPlannerError, cut
 from .crash import say_unforeseen
 from .output import say
 
@@ -110,7 +111,8 @@ class _Commands(click.Group):
             sys.stderr.close()
             sys.exit(1)
         except click.ClickException as error:
-            vars(error)["message"] = cut(error.message, MAX_MESSAGE)
+            said = _shortened(error.format_message())
+            vars(error)["format_message"] = lambda: said
             raise
         except (click.exceptions.Exit, KeyboardInterrupt, SystemExit):
             raise
@@ -122,6 +124,12 @@ class _Commands(click.Group):
                 sys.exit(EXIT_USAGE)
             say_unforeseen(error, ctx.invoked_subcommand or "the command line")
             sys.exit(EXIT_UNFORESEEN)
+
+
+def _shortened(message: str) -> str:
+    """Return a message of click with what was typed cut, and then the whole."""
+    typed = re.compile(rf"""'[^']{{{MAX_VALUE - 1},}}'|"[^"]{{{MAX_VALUE - 1},}}"|\S{{{MAX_VALUE + 1},}}""")
+    return cut(typed.sub(lambda found: cut(found[0], MAX_VALUE), message), MAX_MESSAGE)
 
 
 def _warning_printer() -> Callable[..., None]:

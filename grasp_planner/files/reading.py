@@ -30,9 +30,7 @@ def read_bounded(path: Path, max_bytes: int) -> bytes:
         FileFormatError: If it can't be read or holds more.
     """
     try:
-        # A pipe without a writer would keep the open call waiting.
-        with open(os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK), "rb") as file:  # noqa: PTH123
-            os.set_blocking(file.fileno(), True)
+        with opened_file(path, max_bytes, devices=True) as file:
             data = file.read(max_bytes + 1)
     except OSError as error:
         raise FileFormatError(path, error.strerror or "can't be read") from None
@@ -44,12 +42,13 @@ def read_bounded(path: Path, max_bytes: int) -> bytes:
 
 
 @contextlib.contextmanager
-def opened_file(path: Path, max_bytes: int) -> Iterator[io.BufferedReader]:
-    """Open a file for reading that is a file, and not too large: no device, no pipe that keeps the reader waiting.
+def opened_file(path: Path, max_bytes: int, *, devices: bool = False) -> Iterator[io.BufferedReader]:
+    """Open a file for reading that is not too large and, unless told otherwise, no device and no pipe.
 
     Args:
         path: The file.
-        max_bytes: Largest size that is opened.
+        max_bytes: Largest size that is opened; devices and pipes have none.
+        devices: Whether a device or a pipe is opened too. A pipe that nobody writes to is empty.
 
     Yields:
         The open file.
@@ -58,12 +57,15 @@ def opened_file(path: Path, max_bytes: int) -> Iterator[io.BufferedReader]:
         OSError: If it can't be opened.
         FileFormatError: If it is no file, or larger.
     """
+    # A pipe without a writer would keep the open call waiting.
     handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
-    if not stat.S_ISREG(os.fstat(handle).st_mode):
+    about = os.fstat(handle)
+    if stat.S_ISDIR(about.st_mode) or not (devices or stat.S_ISREG(about.st_mode)):
         os.close(handle)
         raise FileFormatError(path, "is no file but a folder, a device or a pipe")
+    os.set_blocking(handle, True)
     with os.fdopen(handle, "rb") as file:
-        if os.fstat(handle).st_size > max_bytes:
+        if about.st_size > max_bytes:
             raise FileFormatError(path, f"larger than the {max_bytes} bytes allowed")
         yield file
 

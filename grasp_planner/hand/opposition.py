@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+import pinocchio as pin
 from scipy.optimize import nnls
 
 from ..spatial import Array
@@ -85,7 +86,9 @@ def _at(closing: Closing, tips: list[tuple[Fingertip, ...]], share: float, chose
     for index in chosen:
         on_finger = []
         for tip in tips[index]:
-            pose = poses[closing.fingers[index].joint] * model.frames[model.getFrameId(tip.frame)].placement
+            # Asked for as a link: a joint may have the same name.
+            frame = model.frames[model.getFrameId(tip.frame, pin.FrameType.BODY)]
+            pose = poses[closing.fingers[index].joint] * frame.placement
             normals = _normals(tip, np.array(pose.rotation), moves[index])
             points = pose.act(np.array(tip.offset)) + tip.radius * normals
             on_finger.append(points[0])

@@ -74,6 +74,17 @@ def test_known_hands_are_found_out(name):
     assert np.linalg.norm(palm.grasp_centre - hand.grasp_centre) < 0.04
 
 
+def test_joints_may_be_named_as_the_links_they_move(tmp_path):
+    plain, text = check_hand(write(tmp_path, three_fingers())), three_fingers()
+    for finger in "abc":
+        for number in "12":
+            text = text.replace(f'joint name="{finger}_joint{number}"', f'joint name="{finger}_{number}"')
+    same = check_hand(write(tmp_path, text))
+    assert same.usable and same.palm is not None and plain.palm is not None
+    assert same.palm.closing_axis == pytest.approx(plain.palm.closing_axis)
+    assert same.palm.grasp_centre == pytest.approx(plain.palm.grasp_centre)
+
+
 def test_proposal_makes_a_hand(tmp_path):
     """From a bare URDF to a planned grasp: the proposal loads and plans with synergies of its own."""
     path = write(tmp_path, three_fingers())
