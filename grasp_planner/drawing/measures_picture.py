@@ -14,6 +14,7 @@ from ..exceptions import InvalidValueError
 from ..files.writing import replacing
 from ..model.quasi_static import quasi_static_maps
 from ..spatial import Array
+from .raster import Pixels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 PLANES = ((0, 1), (0, 2), (1, 2))
 ANGLES = 72
 """Rays of a slice."""
+WIDE, NARROW = 10.0, 6.5
+"""Width in a file and beside the picture of the page [inch]."""
 
 
 def draw_measures(contacts: ContactSet, path: Path) -> None:
@@ -39,20 +42,39 @@ def draw_measures(contacts: ContactSet, path: Path) -> None:
         figure.savefig(file, format="png", dpi=120)
 
 
-def measures_figure(contacts: ContactSet) -> Figure:
+def measures_pixels(contacts: ContactSet) -> Pixels:
+    """Return the slices as a small picture, narrower than in a file.
+
+    Args:
+        contacts: The contacts.
+
+    Returns:
+        RGB values, of shape (height, width, 3).
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = measures_figure(contacts, width=NARROW)
+    figure.set_dpi(150)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+
+
+def measures_figure(contacts: ContactSet, width: float = WIDE) -> Figure:
     """Return a figure: wrench space with ε, displacement under a force, reach of the motors; one column a plane.
 
     Forces and displacements are slices, moments zero; the reach of the motors is the shadow of an ellipsoid.
 
     Args:
         contacts: The contacts; without springs that hold the object there is the first row alone.
+        width: Width of the figure [inch].
     """
     from matplotlib.figure import Figure
 
     space = contacts.wrench_space()
     radius, compliance = epsilon(space, tolerance=1e-3, max_points=250).value, _shift_compliance(contacts)
     rows = 1 if compliance is None else 3
-    figure = Figure(figsize=(10.0, 3.5 * rows), layout="constrained")
+    figure = Figure(figsize=(width, 0.35 * width * rows), layout="constrained")
     grid = figure.subplots(rows, 3, squeeze=False)
     turn = np.linspace(0.0, 2.0 * np.pi, ANGLES + 1)
     circle = np.column_stack([np.cos(turn), np.sin(turn)])

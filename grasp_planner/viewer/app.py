@@ -200,8 +200,7 @@ class GraspViewer:
         )
         picture.clicked = lambda what: self._later(lambda: session.select(what))
         pushes = PushControl(session, self.why)
-        for push in (self.why.push, self.why.size):
-            push.on_update(lambda _: self._later(pushes.apply, "push"))
+        self.why.connect(session, pushes.apply, self._later)
         picture.push_dragged = lambda point: self._later(lambda: pushes.drag(point), "push")
         panel.story.on_update(lambda _: self._later(lambda: self.animator.tell(panel.story.value), "story"))
         picture.task_dragged = lambda point: self._later(lambda: self.edits.turn_task(point), "task")

@@ -1,10 +1,14 @@
 """The story of a closing hand and pushes on a held object, as the page tells them."""
 
+from dataclasses import replace
+
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from grasp_planner.drawing import look
 from grasp_planner.judge.margins import SLIPPED
+from grasp_planner.viewer.app import PANEL_WIDTH
 from grasp_planner.viewer.closing_story import HELD, ClosingStory
 from grasp_planner.viewer.push import LOST, push_arrow, push_from, pushed
 from grasp_planner.viewer.scene.draw_push import finger_colours
@@ -100,6 +104,25 @@ def test_playing_the_closing_ends_in_the_grasp(viewer, grasp):
     settle(viewer)
     assert viewer.session.preview is None
     assert viewer.session.grasp is grasp
+
+
+def test_slices_are_drawn_on_request_and_go_with_their_grasp(viewer, grasp):
+    panel = viewer.why
+    settle(viewer)
+    assert not panel.drawn.visible and not panel.slices.disabled
+    panel.slices.value = True
+    settle(viewer)
+    assert panel.drawn.visible
+    height, width, _ = np.asarray(panel.drawn.image).shape
+    assert width > 2 * PANEL_WIDTH and height > width, "three rows, sharp on good screens"
+    viewer.worker.submit(lambda: viewer.session.show(moved(grasp), "test"))
+    settle(viewer)
+    assert not panel.drawn.visible, "they are those of another grasp"
+
+
+def moved(grasp):
+    """Return a grasp whose palm is a little off."""
+    return replace(grasp, palm_pose=grasp.palm_pose * pin.SE3(np.eye(3), np.array([0.0, 0.0, 1e-3])))
 
 
 def test_a_push_is_tried_from_the_weakest_side_and_dragged(viewer, grasp):

@@ -20,6 +20,7 @@ BOXES = (
     ("force_ellipsoid", "Force ellipsoid", "Forces per unit of synergy effort: long where the hand is strong"),
     ("torque_ellipsoid", "Torque ellipsoid", "The same for torques"),
     ("velocity_ellipsoid", "Velocity ellipsoid", "Motions per unit of synergy speed; needs 6 synergies"),
+    ("stiffness_ellipsoid", "Stiffness ellipsoid", "Newtons per mm of a shift: long where the springs hold stiffly"),
     ("torques", "Joint torques", "Arrows along the joint axes"),
     ("reference_ghost", "Reference posture q_r", "Where the synergies alone would put the hand; springs do the rest"),
     ("seed_ghost", "Start of the search", ""),

@@ -11,8 +11,13 @@ from typing import Protocol
 import numpy as np
 import viser
 
+from ...analysis.measured_contacts import contact_set
 from ...drawing import look
+from ...drawing.shapes import ellipsoid_shape
+from ...exceptions import InvalidValueError
 from ...grasp.grasp import Grasp
+from ...model.stiffness import grasp_stiffness, principal_stiffness
+from ...model.task import Ellipsoid
 from ...spatial import Array
 from .clearances import closest_lines
 from .draw_grasp import ROOT, DisplayOptions
@@ -79,8 +84,53 @@ class WeakestPushDrawing:
         self._drawing.draw(grasp, shown=options.margin and in_contact)
 
 
-EXTRAS: tuple[type[ExtraDrawing], ...] = (TorqueDrawing, ClearanceDrawing, WeakestPushDrawing)
+class StiffnessDrawing:
+    """The ellipsoid of stiffness against a shift, about the centre of compliance."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._scene = scene
+        self._mesh: viser.MeshHandle | None = None
+
+    def draw(self, grasp: Grasp, options: DisplayOptions, *, in_contact: bool) -> None:
+        """Show the ellipsoid; see :class:`ExtraDrawing`."""
+        if self._mesh is not None:
+            self._mesh.remove()
+            self._mesh = None
+        held = stiffness_ellipsoid(grasp) if options.stiffness_ellipsoid and in_contact else None
+        if held is None:
+            return
+        centre, ellipsoid = held
+        shape = ellipsoid_shape(ellipsoid)
+        self._mesh = self._scene.add_mesh_simple(
+            f"{ROOT}/ellipsoid_stiffness",
+            shape.vertices,
+            shape.faces,
+            position=centre,
+            color=look.STIFFNESS_ELLIPSOID,
+            opacity=look.ELLIPSOID_OPACITY,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+
+EXTRAS: tuple[type[ExtraDrawing], ...] = (TorqueDrawing, ClearanceDrawing, WeakestPushDrawing, StiffnessDrawing)
 """All of them."""
+
+
+def stiffness_ellipsoid(grasp: Grasp) -> tuple[Array, Ellipsoid] | None:
+    """Return the centre of compliance in O [m] and the principal stiffnesses against a shift [N/m] as an ellipsoid.
+
+    None where springs do not hold the object.
+    """
+    springs = contact_set(grasp).springs
+    if springs is None:
+        return None
+    try:
+        held = principal_stiffness(grasp_stiffness(springs))
+    except InvalidValueError:
+        return None
+    return held.centre, Ellipsoid(held.translational_axes[:, ::-1], held.translational[::-1], 1, degenerate=False)
 
 
 def torque_arrows(grasp: Grasp) -> Array:

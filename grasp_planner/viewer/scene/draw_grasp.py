@@ -43,6 +43,7 @@ class DisplayOptions:
     force_ellipsoid: bool = True
     torque_ellipsoid: bool = False
     velocity_ellipsoid: bool = False
+    stiffness_ellipsoid: bool = False
     reference_ghost: bool = False
     seed_ghost: bool = False
     pinned_ghost: bool = True
