@@ -437,7 +437,14 @@ def test_every_measure_is_there_for_other_contacts(kind: str) -> None:
     assert found["ε, sum of normal forces 1 N"].value > 0.0
     assert found["norm of the forces"].value == pytest.approx(np.sqrt(len(points)))
     assert found["internal forces commanded"].value == size - 6
-    assert found["PCR"].value > 0.0
+    assert found["PGR"].value >= found["PCR"].value > 0.0
+    least = analysis.best_forces(
+        analysis.ForceProblem(given.grasp_matrix, normals, 0.6, np.ones(6), model=contacts), "normal_sum"
+    )
+    load = np.linalg.norm(np.repeat([1.0, 1.0 / given.length], 3))
+    assert found["reach against the load"].value == pytest.approx(load / least.value, rel=1e-5), (
+        "1 N, and what holds it"
+    )
     assert ("least friction to spare" in found) == contacts.has_friction
     assert found["softest shift"].value > 0.0
 

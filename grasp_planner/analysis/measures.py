@@ -17,9 +17,12 @@ from . import quality
 from .force_optimisation import ForceProblem, best_forces
 from .friction_cost import ContactLimits, contact_cost
 from .measured_contacts import ContactSet, JointRange
-from .robustness import contact_robustness
+from .robustness import Heuristic, contact_robustness, grasp_robustness
 from .wrench_edges import edge_wrenches, min_weight, wrench_volume
-from .wrench_space import epsilon
+from .wrench_space import epsilon, reach
+
+MOST_CONTACTS = 5
+"""Most contacts of which PGR tries all 3^n_c states, which takes half a second."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ def measure_contacts(contacts: ContactSet, *, everything: bool = True, quick: bo
     """
     found = [*_wrenches(contacts, everything, quick), *_forces(contacts)]
     if contacts.springs is not None:
-        found += [*_hand(contacts, contacts.springs), *_stiffness(contacts, contacts.springs)]
+        found += [*_hand(contacts, contacts.springs), *_stiffness(contacts, contacts.springs, everything)]
     found += [*_shape(contacts), *_posture(contacts.joints)]
     return tuple(each for each in found if everything or each.main)
 
@@ -81,6 +84,7 @@ def _wrenches(contacts: ContactSet, everything: bool, quick: bool) -> list[Measu
         even = len(weight) * min_weight(weight)[0]
         found += [
             Measure(group, "ε, every normal force 1 N", least, "N", f"the same with 1 N at each contact, {unit}"),
+            *_against_load(contacts, group),
             Measure(group, "volume of wrenches", volume, "N⁶", "of pyramids of 8 edges, normal forces of 1 N in all"),
             Measure(group, "min-weight n·l*", even, "", "0 to 1: how evenly forces cancel"),
         ]
@@ -91,6 +95,16 @@ def _wrenches(contacts: ContactSet, everything: bool, quick: bool) -> list[Measu
         Measure(group, "volume of G", quality.ellipsoid_volume(scaled)[0], "", f"product of singular values {about}"),
         Measure(group, "isotropy of G", quality.isotropy(scaled)[0], "", f"1: all wrenches alike; {about}"),
     ]
+
+
+def _against_load(contacts: ContactSet, group: str) -> list[Measure]:
+    """Return how far the wrenches reach along the one that holds the load, the task of [LiSastry1988] that is known."""
+    if contacts.wrench is None or not contacts.wrench.any():
+        return []
+    load = contacts.wrench / np.repeat([1.0, contacts.length], 3)
+    size = float(np.linalg.norm(load))
+    says = f"along the wrench that holds the load, which is {size:.3g} N"
+    return [Measure(group, "reach against the load", reach(contacts.wrench_space(), -load / size)[0], "N", says)]
 
 
 def _forces(contacts: ContactSet) -> list[Measure]:
@@ -155,7 +169,7 @@ def _hand(contacts: ContactSet, springs: CompliantGrasp) -> list[Measure]:
     return found
 
 
-def _stiffness(contacts: ContactSet, springs: CompliantGrasp) -> list[Measure]:
+def _stiffness(contacts: ContactSet, springs: CompliantGrasp, everything: bool) -> list[Measure]:
     """Return how stiffly the object is held, and how robustly."""
     group = "stiffness and robustness"
     try:
@@ -165,13 +179,19 @@ def _stiffness(contacts: ContactSet, springs: CompliantGrasp) -> list[Measure]:
     away = float(np.linalg.norm(held.centre - 0.0))
     limits = ContactLimits(float(contacts.friction.min()), 0.0, 30.0)  # the slipperiest contact counts for all
     robust = contact_robustness(springs, contacts.covectors, limits).value
-    return [
+    found = [
         Measure(group, "softest shift", float(held.translational[0]), "N/m", "without preload, turning freely", True),
         Measure(group, "stiffest shift", float(held.translational[2]), "N/m", "without preload, turning freely"),
         Measure(group, "softest turn", float(held.rotational[0]), "N m/rad", "about the centre of compliance", True),
         Measure(group, "centre of compliance", 1e3 * away, "mm", "its distance from the object's centre"),
         Measure(group, "PCR", robust, "N²", "n_c/min V of the commanded forces up to 30 N [Pozzi]"),
     ]
+    if everything:
+        tried: Heuristic = "all" if len(contacts.points) <= MOST_CONTACTS else "H4"
+        best = max(robust, grasp_robustness(springs, contacts.covectors, limits, heuristic=tried).value)
+        states = "any states" if tried == "all" else "states of heuristic H4"
+        found.append(Measure(group, "PGR", best, "N²", f"the same with contacts in {states}: stuck, sliding, off"))
+    return found
 
 
 def _shape(contacts: ContactSet) -> list[Measure]:
