@@ -15,9 +15,9 @@ from grasp_planner.cli.batch import batch_command, export_command, parse_rows, p
 
 SPEC = """
 defaults: {paper: true, object: cylinder, starts: 3, enough: 1}
-blocks: [{product: {object.radius: [0.025, 0.035], n_synergies: [3, 5]}}]
+blocks: [{product: {object.radius: [0.025, 0.035], n_synergies: [5, 15]}}]
 """
-QUICK = "blocks: [{fixed: {paper: true}, product: {seed: {from: 0, to: 399}}}]"
+QUICK = "blocks: [{fixed: {paper: true}, product: {seed: {from: 0, to: 59}}}]"
 ROOT = Path(__file__).parents[2]
 
 
@@ -46,7 +46,7 @@ def test_dry_run_shows_the_first_cases_and_writes_nothing(write_spec, tmp_path):
     shown = invoke(batch_command, write_spec(SPEC), "--dry-run", "--out", tmp_path / "run")
     assert shown.exit_code == 0 and shown.output.startswith("4 cases\n  0: dlr_hit_ii_right cylinder:")
     assert "n_synergies=5" in shown.output and not (tmp_path / "run").exists()
-    assert "and 395 more" in invoke(batch_command, write_spec(QUICK), "--dry-run").output
+    assert "and 55 more" in invoke(batch_command, write_spec(QUICK), "--dry-run").output
 
 
 def test_errors_are_one_line(write_spec, tmp_path):
@@ -90,7 +90,7 @@ def test_unwritable_output_is_one_error(run, write_spec, tmp_path):
 def test_full_disk_is_one_error_and_earlier_rows_stay(run, write_spec, tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(disk)]
+    mount = ["mount", "-t", "tmpfs", "-o", "size=150k", "tmpfs", str(disk)]
     if not shutil.which("mount") or subprocess.run(mount, capture_output=True, check=False).returncode:
         pytest.skip("a small disk can't be mounted here")
     try:
@@ -99,11 +99,11 @@ def test_full_disk_is_one_error_and_earlier_rows_stay(run, write_spec, tmp_path)
         assert failed.returncode == 2 and failed.stderr.count("\n") == 1, failed.stderr
         assert "No space left on device" in failed.stderr and "Traceback" not in failed.stderr
         rows = load_table(disk / "run")["row"].to_pylist()
-        assert 5 < len(rows) < 400 and len(set(rows)) == len(rows)
+        assert 5 < len(rows) < 60 and len(set(rows)) == len(rows)
         subprocess.run(["mount", "-o", "remount,size=20m", str(disk)], check=True)
         done = run("batch", write_spec(QUICK), *options)
-        assert done.returncode == 0 and f"({400 - len(rows)} now" in done.stdout, done.stderr
-        assert load_table(disk / "run")["row"].to_pylist() == list(range(400))
+        assert done.returncode == 0 and f"({60 - len(rows)} now" in done.stdout, done.stderr
+        assert load_table(disk / "run")["row"].to_pylist() == list(range(60))
     finally:
         subprocess.run(["umount", str(disk)], check=True)
 
@@ -111,11 +111,11 @@ def test_full_disk_is_one_error_and_earlier_rows_stay(run, write_spec, tmp_path)
 def test_file_size_limit_is_one_error_and_earlier_rows_stay(command, write_spec, tmp_path):
     folder, spec = tmp_path / "run", write_spec(QUICK)
     words = command("batch", spec, "--out", folder, "--planner", "batch_hooks:quick")
-    limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000)); " + words[2]
+    limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)); " + words[2]
     failed = subprocess.run([words[0], "-c", limited, *words[3:]], capture_output=True, text=True, check=False)
     assert failed.returncode == 2 and "File too large" in failed.stderr and failed.stderr.count("\n") == 1
     rows = load_table(folder)["row"].to_pylist()
-    assert 5 < len(rows) < 400 and len(set(rows)) == len(rows)
+    assert 5 < len(rows) < 60 and len(set(rows)) == len(rows)
 
 
 @pytest.mark.parametrize("name", ["batch_cylinders.yaml", "batch_samples.yaml"])
