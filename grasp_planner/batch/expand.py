@@ -6,7 +6,7 @@ import bisect
 import hashlib
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, overload
 
@@ -111,8 +111,11 @@ class CaseTable(Sequence[GraspCase]):
         rng = np.random.default_rng(self.spec.seed)
         return np.unique(rng.integers(len(self), size=MAX_CHECKED_ROWS)).tolist()
 
-    def check(self) -> None:
+    def check(self, on_hand: Callable[[Hand], None] | None = None) -> None:
         """Check that the cases make problems, of very many a sample; hands and synergies are looked at once each.
+
+        Args:
+            on_hand: Called once with each hand.
 
         Raises:
             SpecError: If one does not; names the entry and the first such case.
@@ -131,6 +134,8 @@ class CaseTable(Sequence[GraspCase]):
             try:
                 if case.hand not in hands:
                     hands[case.hand] = load_hand(case.hand)
+                    if on_hand is not None:
+                        on_hand(hands[case.hand])
                 case.problem(hands[case.hand])
             except GraspPlannerError as error:
                 values = case.model_dump(exclude={"settings"}) | case.settings

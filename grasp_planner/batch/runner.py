@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..exceptions import InvalidValueError
+from ..hand.hand import Hand
 from ..processes import Job
 from .case import GraspCase
 from .expand import CaseTable, cases_hash
@@ -27,6 +28,7 @@ def run_batch(
     planner: str = STANDARD_PLANNER,
     spec_text: str = "",
     on_progress: Callable[[BatchProgress], None] | None = None,
+    on_hand: Callable[[Hand], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> BatchSummary:
     """Plan every case that has no row yet; run again to go on after a stop of any kind.
@@ -41,6 +43,7 @@ def run_batch(
         planner: What plans, as ``module:function`` called like :func:`grasp_planner.plan_grasp`.
         spec_text: Text of the specification, kept with the run.
         on_progress: Called several times a second.
+        on_hand: Called once with each hand of a specification before anything is planned.
         cancel: Polled several times a second; True stops as Ctrl-C does.
 
     Returns:
@@ -56,7 +59,7 @@ def run_batch(
         raise InvalidValueError("cases", 0, "at least one case")
     find_planner(planner)
     if isinstance(table, CaseTable):
-        table.check()
+        table.check(on_hand)
     info = run_info(cases_hash(table, planner), len(table), planner, spec_text)
 
     def job(row: int) -> Job:

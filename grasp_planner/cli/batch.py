@@ -15,7 +15,7 @@ import click
 from ..exceptions import GraspPlannerError, InvalidValueError
 from ..files.text import read_text_file
 from .grasp_file import HAND
-from .output import say
+from .output import say, say_findings
 
 if TYPE_CHECKING:
     from ..batch import BatchProgress, CaseTable
@@ -84,6 +84,7 @@ def batch_command(
                 planner=planner or STANDARD_PLANNER,
                 spec_text=read_text_file(spec, MAX_SPEC_BYTES),
                 on_progress=on_progress,
+                on_hand=say_findings,
             )
     new = summary.done - summary.resumed
     click.echo(
@@ -155,7 +156,7 @@ def parse_rows(text: str) -> list[int]:
 
 def _show_cases(table: CaseTable) -> None:
     """Print the number of cases and the first ones."""
-    table.check()
+    table.check(say_findings)
     click.echo(f"{len(table)} cases")
     for row, case in enumerate(table[:SHOWN_CASES]):
         settings = " ".join(f"{name}={value}" for name, value in case.settings.items())

@@ -7,26 +7,11 @@ from pathlib import Path
 
 import click
 
-from ..exceptions import GraspPlannerError, InvalidValueError
+from ..exceptions import GraspPlannerError
+from ..hand.loading import locked_joints
 from .output import write_or_print
 
 FILE = click.Path(path_type=Path, dir_okay=False)
-
-
-def locked_joints(texts: tuple[str, ...]) -> dict[str, float]:
-    """Return the joints to be fixed with their values [rad or m], from texts NAME=VALUE.
-
-    Raises:
-        InvalidValueError: If a text is not of that form.
-    """
-    locked = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        try:
-            locked[name] = float(value)
-        except ValueError:
-            raise InvalidValueError("lock", text, "NAME=VALUE with a number in rad or m") from None
-    return locked
 
 
 @click.group("hand")

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import click
 
 from ..exceptions import InvalidValueError
-from ..hand.loading import loaded_hand
+from ..hand.loading import loaded_hand, locked_joints
 from ..model.task_direction import parse_task
 from ..objects import parse_object
 from ..problem.clearance_options import CLEARANCES
@@ -16,7 +16,7 @@ from ..problem.from_settings import PROBLEM_SETTINGS, options_from_settings, pro
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..problem.settings import settings_of
-from .hand import locked_joints
+from .output import say_findings
 from .settings import given_settings, setting_options
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -115,8 +115,7 @@ def problem_from_options(
     given = given_settings(settings, PROBLEM_SETTINGS.values())
     given |= {name: value for name, value in (("clearance", clearance), ("loads", loads)) if value is not None}
     loaded = loaded_hand(hand, locked_joints(locks))
-    for line in loaded.findings:
-        click.echo(line, err=True)
+    say_findings(loaded.hand)
     if object_text is None and loaded.first_object:
         click.echo(f"derived: object in size for the hand: {loaded.first_object}", err=True)
     thing = parse_object(object_text or loaded.first_object or DEFAULT_OBJECT)

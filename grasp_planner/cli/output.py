@@ -8,11 +8,18 @@ import click
 
 from ..exceptions import MAX_MESSAGE, FileFormatError, cut
 from ..files import writing
+from ..hand.hand import Hand
 
 
 def say(kind: str, message: str) -> None:
     """Print one line, ``error`` or ``warning``, on standard error; a long message is cut."""
     click.echo(f"grasp-planner: {kind}: {cut(message, MAX_MESSAGE)}", err=True)
+
+
+def say_findings(hand: Hand) -> None:
+    """Print what was repaired in a hand's URDF and derived from it, on standard error."""
+    for line in hand.findings:
+        click.echo(line, err=True)
 
 
 def write_or_print(text: str, path: Path) -> None:

@@ -20,14 +20,13 @@ from ..objects import parse_object
 from ..planning.preparation import FEW_SYNERGIES
 from ..problem.problem import GraspProblem
 from ..synergies.space import SynergySpace, load_synergies, save_synergies, synergies_from_postures
+from .grasp_file import hand_option
 from .options import parse_counts
 
 MAX_POSTURE_BYTES = 50_000_000
 """Largest file of postures that is read."""
 
-HAND = click.option(
-    "--hand", default="dlr_hit_ii_right", show_default=True, help="Hand by name, or a description file."
-)
+HAND = hand_option("Hand by name, or a description file (TOML) or a URDF.", "dlr_hit_ii_right")
 FILE = click.Path(path_type=Path, dir_okay=False)
 
 

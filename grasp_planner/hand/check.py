@@ -11,7 +11,7 @@ from .derivation import Derivation, FingerReport, derive
 from .description import HandDescription
 from .palm_guess import PalmGuess
 from .urdf_checks import joint_range
-from .urdf_file import RobotText, UrdfFile, build_urdf, repaired_urdf, second_opinion
+from .urdf_file import RobotText, UrdfFile, build_urdf, read_urdf, repaired_urdf, second_opinion
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def check_hand(path: Path, locked: Mapping[str, float] | None = None) -> HandChe
         found,
         missing=_missing(derived),
         notes=(*found.notes, *derived.said, *_other_reader(path)),
-        joints=tuple(sorted(found.joints, key=lambda joint: order[joint.name])),
+        joints=tuple(sorted(found.joints, key=lambda joint: order.get(joint.name, len(order)))),
         urdf=urdf,
         derived=derived,
     )
@@ -128,7 +128,10 @@ def derived_hand(robot: RobotText) -> tuple[UrdfFile, Derivation]:
         InvalidValueError: If limits of coupled joints leave one no range.
     """
     urdf = build_urdf(robot)
-    return urdf, derive(urdf, robot.path.name)
+    derived = derive(urdf, robot.path.name)
+    if derived.description.couplings:
+        urdf = read_urdf(robot.path, derived.description.locked, derived.description.couplings)
+    return urdf, derived
 
 
 def _moving_joints(robot: RobotText) -> tuple[JointReport, ...]:

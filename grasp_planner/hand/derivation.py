@@ -11,6 +11,7 @@ import numpy as np
 
 from ..exceptions import FileFormatError
 from ..spatial import Array
+from .adaptive import Adaptive, find_adaptive
 from .closing import Closing, find_closing
 from .closing_synergies import CLOSING
 from .description import (
@@ -28,6 +29,7 @@ from .motion import HandMotion
 from .opposition import Opposition, find_opposition
 from .pads import find_fingertips
 from .palm_guess import PalmGuess, guess_palm
+from .tendons import TENDONS
 from .urdf_file import UrdfFile
 
 ROD_COMPLIANCE = 1e-3
@@ -114,6 +116,7 @@ def derive(urdf: UrdfFile, file_name: str) -> Derivation:
         holding = [reports[index] for index in opposition.fingers]
         contact_sets = {OPPOSED: _contacts(holding)} | contact_sets
         said = (*said, f"contact set {OPPOSED}: {', '.join(finger.name for finger in holding)} hold an object")
+    adaptive = find_adaptive(motion, closing.fingers)
     description = HandDescription(
         name=urdf.name,
         urdf=file_name,
@@ -130,7 +133,26 @@ def derive(urdf: UrdfFile, file_name: str) -> Derivation:
         synergies=SynergyFiles(default=CLOSING),
         collision=CollisionDescription(ignore=_never_checked(closing)),
     )
+    if adaptive is not None:
+        said = (*said, adaptive.said)
+        changed = {
+            "joints": _freed_order(closing, adaptive),
+            "couplings": adaptive.couplings,
+            "tendons": adaptive.tendons,
+            "compliance": ComplianceDescription(joint=adaptive.compliance),
+            "synergies": SynergyFiles(default=TENDONS),
+        }
+        description = description.model_copy(update=changed)
     return Derivation(description, reports, palm, closing, opposition, said)
+
+
+def _freed_order(closing: Closing, adaptive: Adaptive) -> tuple[str, ...]:
+    """Return the independent joints of a hand with a tendon, finger by finger from the palm outwards."""
+    names, couplings = tuple(closing.motion.model.names), adaptive.couplings
+    chains = (names[joint] for finger in closing.fingers for joint in finger.chain)
+    order = dict.fromkeys(name for name in (*chains, *names[1:]) if couplings.get(name) == "free")
+    others = (name for name in closing.motion.joints if name not in couplings)
+    return (*order, *others)
 
 
 def _joint_order(motion: HandMotion, fingers: tuple[Finger, ...]) -> tuple[str, ...]:

@@ -140,6 +140,19 @@ class CollisionDescription(_Strict):
     ignore: tuple[tuple[str, str], ...] = ()
 
 
+class CouplingDescription(_Strict):
+    """How a joint follows another: by a factor, or by a table that is taken as the line closest to it."""
+
+    joint: str
+    """Joint that it follows."""
+    ratio: Finite = 1.0
+    """Its angle by that joint's; not 0."""
+    offset: Finite = 0.0
+    """Its angle where that joint is at 0 [rad or m]."""
+    table: tuple[tuple[Finite, Finite], ...] = ()
+    """Pairs of the other joint's angle and its own, as measured or of a four-bar; instead of ratio and offset."""
+
+
 class HandDescription(_Strict):
     """Everything the description file says."""
 
@@ -151,6 +164,8 @@ class HandDescription(_Strict):
     """Independent joints in the order of q; the others mimic one of these."""
     locked: dict[str, Finite] = Field(default_factory=dict)
     """Joints of the URDF that are fixed, with their values [rad or m]: a wrist or an arm before the palm."""
+    couplings: dict[str, CouplingDescription | Literal["free", "fixed"]] = Field(default_factory=dict)
+    """What joints follow, in place of their <mimic>: another joint, none (``free``), or they stay still (``fixed``)."""
     palm: PalmDescription
     remark1: FingerOrder | None = None
     compliance: ComplianceDescription = ComplianceDescription()

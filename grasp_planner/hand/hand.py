@@ -50,6 +50,7 @@ class Hand(Value):
         closing_axis: Unit axis the fingers close around, in P, of shape (3,).
         grasp_centre: Where the middle of a grasped object sits, in P [m], of shape (3,).
         source: The files it was loaded from; None for a hand that was made otherwise.
+        findings: What was repaired in its URDF and derived from it, one line each.
     """
 
     description: HandDescription
@@ -65,6 +66,7 @@ class Hand(Value):
     closing_axis: Array
     grasp_centre: Array
     source: HandSource | None = field(default=None, compare=False)
+    findings: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "palm_in_root", Pose.of(self.palm_in_root))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from .urdf_file import UrdfFile, find_robot_file, read_urdf, repaired_urdf
 
 URDF_ENDINGS = (".urdf", ".xacro")
 """Endings of files whose description is derived."""
+LOCKS = re.compile(r"(?P<path>.+\.(?:urdf|xacro|toml)|\w+):(?P<locks>[^=]+=.*)", re.IGNORECASE | re.DOTALL)
+"""A file with joints that are to be fixed, as text: ``arm.urdf:wrist=0.3,elbow=1``."""
 
 
 def load_hand(name_or_path: str | Path = "dlr_hit_ii_right", locked: Mapping[str, float] | None = None) -> Hand:
@@ -29,12 +32,12 @@ def load_hand(name_or_path: str | Path = "dlr_hit_ii_right", locked: Mapping[str
 
     Args:
         name_or_path: Name of a hand of the package, or path of a description file (TOML) or of a URDF, whose
-            description is then derived.
+            description is then derived; a path may be followed by joints to lock, ``arm.urdf:wrist=0.3,elbow=1``.
         locked: Values of joints of a URDF that are to be fixed [rad or m], by name; a wrist or an arm before the
             palm that is not named is locked at zero.
 
     Returns:
-        The hand.
+        The hand; what was repaired and derived is in its ``findings``.
 
     Raises:
         NameNotFoundError: If there is no such hand, or the description names a joint or link that does not exist.
@@ -50,18 +53,31 @@ class LoadedHand:
 
     Attributes:
         hand: The hand.
-        findings: One line for each repair and each fact that was derived from a plain URDF; none where a description
-            was read.
         first_object: Text of an object in size for a hand whose description was derived; empty for others.
     """
 
     hand: Hand
-    findings: tuple[str, ...] = ()
     first_object: str = ""
 
 
+def locked_joints(texts: Iterable[str]) -> dict[str, float]:
+    """Return the joints to be fixed with their values [rad or m], from texts NAME=VALUE.
+
+    Raises:
+        InvalidValueError: If a text is not of that form.
+    """
+    locked = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            locked[name.strip()] = float(value)
+        except ValueError:
+            raise InvalidValueError("lock", text, "NAME=VALUE with a number in rad or m") from None
+    return locked
+
+
 def loaded_hand(name_or_path: str | Path, locked: Mapping[str, float] | None = None) -> LoadedHand:
-    """Load a hand and say what was repaired and derived.
+    """Load a hand, with a first object in size for it.
 
     Args:
         name_or_path: As in :func:`load_hand`.
@@ -73,9 +89,11 @@ def loaded_hand(name_or_path: str | Path, locked: Mapping[str, float] | None = N
     Raises:
         NameNotFoundError, FileFormatError, InvalidValueError: As there.
     """
-    path = find_hand(name_or_path)
+    text = None if isinstance(name_or_path, Path) else LOCKS.fullmatch(name_or_path)
+    path = find_hand(name_or_path if text is None else text["path"])
+    locks = ({} if text is None else locked_joints(text["locks"].split(","))) | dict(locked or {})
     if path.suffix.lower() in URDF_ENDINGS:
-        robot = repaired_urdf(path, locked or {}, find_palm=True)
+        robot = repaired_urdf(path, locks, find_palm=True)
         urdf, derived = derived_hand(robot)
         palm, fingers = derived.description.palm, ", ".join(finger.name for finger in derived.fingers)
         facts = (
@@ -84,10 +102,13 @@ def loaded_hand(name_or_path: str | Path, locked: Mapping[str, float] | None = N
             *derived.said,
         )
         lines = (*(f"repair: {line}" for line in robot.repairs), *(f"derived: {line}" for line in facts))
-        return LoadedHand(hand_of(derived.description, urdf, path), lines, derived.opposition.first_object())
+        hand = hand_of(derived.description, urdf, path)
+        return LoadedHand(replace(hand, findings=lines), derived.opposition.first_object())
     description = read_hand_description(path)
     file = find_robot_file(description.urdf, path.parent)
-    return LoadedHand(hand_of(description, read_urdf(file, description.locked | dict(locked or {})), path))
+    urdf = read_urdf(file, description.locked | locks, description.couplings)
+    hand = hand_of(description.model_copy(update={"locked": urdf.locked}), urdf, path)
+    return LoadedHand(replace(hand, findings=tuple(f"repair: {line}" for line in urdf.repairs)))
 
 
 def hand_of(description: HandDescription, urdf: UrdfFile, path: Path) -> Hand:

@@ -16,6 +16,8 @@ GUESSES = {
     "contact_sets.opposed": "derived: the fingers that hold an object between them, the first set is the default",
     "contact_sets.sphere": "derived: balls that fit the last links where they close, the opposing finger first",
     "collision": "derived: neighbours, and links that overlap with the hand open",
+    "couplings": "what joints follow in place of their <mimic>: none, or another joint",
+    "tendons.motors": "one motor winds up a tendon; of the moment arms [m] only those relative to each other are known",
     "locked": "joints before the palm, with their values [rad or m]",
     "synergies": "made from the geometry; `motors` has one for each joint",
 }
@@ -71,8 +73,8 @@ def _table(name: str, data: dict[str, Any], comments: dict[str, str]) -> list[st
 
 
 def _own_header(name: str) -> bool:
-    """Return whether tables within one stand under headers of their own; contacts stand on one line each."""
-    return not name.startswith("contact_sets.")
+    """Return whether tables within one stand under headers of their own; contacts, couplings stand on a line each."""
+    return not name.startswith("contact_sets.") and name != "couplings"
 
 
 def _key(key: str) -> str:

@@ -17,6 +17,7 @@ import pinocchio as pin
 from ..exceptions import FileFormatError, shown
 from ..files.quiet import quiet
 from ..files.text import read_text_file, refuse_entities
+from .couplings import Coupling, couple
 from .urdf_checks import finite_or_nan, joint_defects, joint_range, mesh_defects, parse_robot, tree_defects
 from .urdf_meshes import place_meshes, visuals_for_collision
 from .urdf_repair import repair_joints
@@ -115,7 +116,9 @@ def find_robot_file(text: str, folder: Path) -> Path:
     return Path(str(data)) / inner
 
 
-def read_urdf(path: Path, locked: Mapping[str, float] | None = None) -> UrdfFile:
+def read_urdf(
+    path: Path, locked: Mapping[str, float] | None = None, couplings: Mapping[str, Coupling] | None = None
+) -> UrdfFile:
     """Read a URDF of a hand.
 
     Mimic joints are reported, not built in: Pinocchio has no kinematic Hessians for them.
@@ -123,6 +126,7 @@ def read_urdf(path: Path, locked: Mapping[str, float] | None = None) -> UrdfFile
     Args:
         path: URDF file.
         locked: Values of joints that are to be fixed [rad or m], by name.
+        couplings: What joints follow in place of their mimics, by name.
 
     Returns:
         The model, its collision geometries and its mimic joints.
@@ -131,18 +135,25 @@ def read_urdf(path: Path, locked: Mapping[str, float] | None = None) -> UrdfFile
         FileFormatError: If it can't be read, is malformed, declares a document type (entities), has no moving
             joint, a joint that is neither revolute nor prismatic or has no limits, or collision meshes that are
             missing; the reason names the first defect.
-        NameNotFoundError: If a joint to be locked does not exist.
-        InvalidValueError: If it can't be locked at its value.
+        NameNotFoundError: If a joint to be locked or coupled does not exist.
+        InvalidValueError: If it can't be locked at its value, or coupled so.
     """
-    return build_urdf(repaired_urdf(path, locked or {}))
+    return build_urdf(repaired_urdf(path, locked or {}, couplings))
 
 
-def repaired_urdf(path: Path, locked: Mapping[str, float], *, find_palm: bool = False) -> RobotText:
+def repaired_urdf(
+    path: Path,
+    locked: Mapping[str, float],
+    couplings: Mapping[str, Coupling] | None = None,
+    *,
+    find_palm: bool = False,
+) -> RobotText:
     """Return a URDF as it is after all repairs, with what is still wrong.
 
     Args:
         path: URDF file.
         locked: Values of joints that are to be fixed [rad or m], by name.
+        couplings: What joints follow in place of their mimics, by name.
         find_palm: Whether to lock the joints of a wrist or an arm too, at zero or the limit nearest to it.
 
     Returns:
@@ -150,12 +161,12 @@ def repaired_urdf(path: Path, locked: Mapping[str, float], *, find_palm: bool = 
 
     Raises:
         FileFormatError: If it can't be read at all, is no XML, too large, or declares entities.
-        NameNotFoundError: If a joint to be locked does not exist.
-        InvalidValueError: If it can't be locked at its value, or there are several hands.
+        NameNotFoundError: If a joint to be locked or coupled does not exist.
+        InvalidValueError: If it can't be locked at its value or coupled so, or there are several hands.
     """
     text, repairs = _robot_text(path)
     robot = parse_robot(path, text)
-    repairs += [*visuals_for_collision(robot), *repair_joints(robot, locked)]
+    repairs += [*visuals_for_collision(robot), *couple(robot, couplings or {}), *repair_joints(robot, locked)]
     locks = dict(locked)
     tree = tree_defects(robot)
     if find_palm and not tree:

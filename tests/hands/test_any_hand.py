@@ -29,7 +29,7 @@ FOUND = {
     "wrist_and_arm": (6, 3, 3, ("free", "shoulder", "shoulder", "elbow", "wrist")),
     "prismatic": (3, 3, 3, ("lid",)),
     "mesh_links": (6, 3, 3, ("rod_",)),
-    "phantom_link": (1, 3, 3, ("thumb_turn", "left_turn", "right_turn")),
+    "phantom_link": (6, 3, 3, ("thumb_turn", "left_turn", "right_turn")),
     "tendon": (3, 3, 3, ()),
 }
 
