@@ -70,8 +70,8 @@ def find_adaptive(motion: HandMotion, fingers: tuple[Finger, ...]) -> Adaptive |
         rest = {names[j]: round(float(np.clip(start[j - 1], lower[j - 1], upper[j - 1])), 9) for j in hinges}
         couplings: dict[str, CouplingDescription | Literal["free", "fixed"]] = {driver: "fixed"}
         for joint in pulled:
-            first = second.get(joint)
-            couplings[names[joint]] = "free" if first is None else _following(motion, k, first, joint)
+            rolls = joint in second
+            couplings[names[joint]] = _following(motion, k, second[joint], joint) if rolls else "free"
         arms = {names[j]: round(ARM * float(gains[j - 1]) / usual, 6) for j in hinges}
         return Adaptive(
             couplings=couplings,
