@@ -113,9 +113,9 @@ def test_the_reference_is_the_grasps_own(grasps):
 def test_the_script_makes_a_set(tmp_path):
     script = Path(__file__).parents[1] / "scripts" / "make_compact_synergies.py"
     output = tmp_path / "set.csv"
-    options = f"--objects 3 --counts 5 --workers 1 --output {output}".split()
+    options = f"--objects 2 --counts 5 --workers 1 --output {output}".split()
     done = subprocess.run([sys.executable, str(script), *options], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     space = gp.load_synergies(output)
     np.testing.assert_allclose(space.basis.T @ space.basis, np.eye(15), atol=1e-9)
-    assert "--objects 3 --counts 5" in space.provenance
+    assert "--objects 2 --counts 5" in space.provenance

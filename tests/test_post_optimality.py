@@ -91,7 +91,7 @@ def test_within_the_validity_radius_the_force_changes_as_predicted(n_synergies, 
     ends = set()
     for parameter, sensitivity in zip(parameters, found.sensitivities, strict=True):
         ends |= {sensitivity.ends_up, sensitivity.ends_down}
-        for step in (0.95 * sensitivity.up, 0.4 * sensitivity.up, -0.95 * sensitivity.down):
+        for step in (0.95 * sensitivity.up, -0.95 * sensitivity.down):
             assert abs(step) > 1e-3 * parameter.scale, (parameter.name, step)
             again = optimum_near(replace(found.grasp, problem=parameter.apply(step)))
             told = step * sensitivity.d_force_norm
