@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from ..spatial import Array
 from .look import Colour
@@ -29,6 +30,8 @@ SKY, KEY_SHARE, FILL_SHARE, SHADOW = 0.50, 0.52, 0.16, 0.55
 """What the sky, the two lights and a shadow give or take."""
 SHADOW_PIXELS, SHADOW_BIAS = 1024, 2e-3
 """Side of the shadow's depth picture, and how far behind it counts as in shadow [m]."""
+OFFSETS, SOFTENED = (-2.25, -0.75, 0.75, 2.25), 7
+"""Where around a place the shadow is looked up [pixels], and the side of the square that holds all these places."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +57,9 @@ class _Triangles:
 
 @dataclass(frozen=True)
 class _Hits:
-    """What is nearest in every pixel: depth, triangle (−1: none) and weights of two of its corners."""
+    """What is nearest in every pixel of some lines: depth, triangle (−1: none) and weights of two of its corners."""
 
+    pixels: slice
     depth: Array
     triangle: Indices
     weights: Array
@@ -98,10 +102,10 @@ def _lay_over(image: Array, behind: _Hits, solid: DrawnMesh, view: View, shadow:
     outward = np.cross(whole.corners[:, 1] - whole.corners[:, 0], whole.corners[:, 2] - whole.corners[:, 0])
     chosen = (np.einsum("ij,ij->i", outward, view.eye - middle) > 0.0) == front
     side = _Triangles(whole.corners[chosen], whole.normals[chosen], whole.colours[chosen], whole.floors[chosen])
-    hits = _rasterised(side.corners, view)
-    hidden = hits.depth >= behind.depth
-    seen = _Hits(hits.depth, np.where(hidden, -1, hits.triangle), hits.weights)
-    _paint(image, seen, side, view, shadow, solid.opacity)
+    hits = _rasterised(side.corners, view, cropped=True)
+    hidden = hits.depth >= behind.depth[hits.pixels]
+    seen = _Hits(hits.pixels, hits.depth, np.where(hidden, -1, hits.triangle), hits.weights)
+    _paint(image[hits.pixels], seen, side, view, shadow, solid.opacity)
 
 
 def _paint(image: Array, hits: _Hits, triangles: _Triangles, view: View, shadow: _ShadowMap, opacity: float) -> None:
@@ -112,23 +116,29 @@ def _paint(image: Array, hits: _Hits, triangles: _Triangles, view: View, shadow:
     which, (first, second) = hits.triangle[pixels], hits.weights[:, pixels]
     weights = np.stack([1.0 - first - second, first, second], axis=1)
     points = np.einsum("ij,ijk->ik", weights, triangles.corners[which])
-    normals = np.einsum("ij,ijk->ik", weights, triangles.normals[which])
+    dark, floor = shadow.darkness(points), triangles.floors[which]
+    colours = triangles.colours[which]
+    colours[floor] *= 1.0 - 0.2 * dark[floor, None]
+    lit = np.flatnonzero(~floor)
+    normals = np.einsum("ij,ijk->ik", weights[lit], triangles.normals[which[lit]])
+    colours[lit] = _lit(colours[lit], normals, view.eye - points[lit], dark[lit], opacity)
+    image[pixels] += opacity * (colours - image[pixels])
+
+
+def _lit(colours: Array, normals: Array, towards: Array, dark: Array, opacity: float) -> Array:
+    """Return colours in the light, given normals, the ways to the eye and how much of the key light is missing."""
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    towards = view.eye - points
     facing = np.sign(np.einsum("ij,ij->i", normals, towards))
     normals *= np.where(facing == 0.0, 1.0, facing)[:, None]
-    dark, floor = shadow.darkness(points), triangles.floors[which]
     key = np.clip(normals @ (KEY / np.linalg.norm(KEY)), 0.0, None) * (1.0 - dark)
     fill = np.clip(normals @ (FILL / np.linalg.norm(FILL)), 0.0, None)
     light = SKY * (0.8 + 0.2 * normals[:, 2]) + KEY_SHARE * key + FILL_SHARE * fill
     # What is seen through is lit from behind too.
     light = 1.0 - opacity + opacity * light
-    light = np.where(floor, 1.0 - 0.2 * dark, light)
     half = KEY / np.linalg.norm(KEY) + towards / np.linalg.norm(towards, axis=1, keepdims=True)
     half /= np.linalg.norm(half, axis=1, keepdims=True)
-    shine = np.clip(np.einsum("ij,ij->i", normals, half), 0.0, 1.0) ** 40 * (1.0 - dark) * ~floor
-    colours = np.minimum(triangles.colours[which] * light[:, None] + 45.0 * shine[:, None], 255.0)
-    image[pixels] += opacity * (colours - image[pixels])
+    shine = np.clip(np.einsum("ij,ij->i", normals, half), 0.0, 1.0) ** 40 * (1.0 - dark)
+    return np.minimum(colours * light[:, None] + 45.0 * shine[:, None], 255.0)
 
 
 class _ShadowMap:
@@ -142,26 +152,36 @@ class _ShadowMap:
         eye = centre + 2.0 * reach * KEY / np.linalg.norm(KEY)
         self._view = View(eye, centre, 0.0, SHADOW_PIXELS, SHADOW_PIXELS, 1.05 * reach)
         self._depth = _rasterised(triangles.corners, self._view).depth.reshape(SHADOW_PIXELS, SHADOW_PIXELS)
+        self._nearest = minimum_filter(self._depth, SOFTENED, mode="nearest")
+        self._farthest = maximum_filter(self._depth, SOFTENED, mode="nearest")
 
     def darkness(self, points: Array) -> Array:
         """Return how much of the key light points miss, softened at the edges, of shape (n,)."""
         across, down, depth = self._view.project(points).T
-        found = np.zeros(len(points))
-        offsets = (-1.5, -0.5, 0.5, 1.5)
-        for i in offsets:
-            for j in offsets:
-                x = np.clip(across + 1.5 * i, 0, SHADOW_PIXELS - 1).astype(int)
-                y = np.clip(down + 1.5 * j, 0, SHADOW_PIXELS - 1).astype(int)
-                found += self._depth[y, x] < depth - SHADOW_BIAS
-        return SHADOW * found / len(offsets) ** 2
+        depth -= SHADOW_BIAS
+        x, y = (np.clip(place, 0, SHADOW_PIXELS - 1).astype(int) for place in (across, down))
+        found = np.where(self._farthest[y, x] < depth, float(len(OFFSETS) ** 2), 0.0)
+        # Only near the edge of a shadow do the places around differ.
+        edge = np.flatnonzero((self._nearest[y, x] < depth) & (found == 0.0))
+        across, down, depth = across[edge], down[edge], depth[edge]
+        for i in OFFSETS:
+            for j in OFFSETS:
+                x = np.clip(across + i, 0, SHADOW_PIXELS - 1).astype(int)
+                y = np.clip(down + j, 0, SHADOW_PIXELS - 1).astype(int)
+                found[edge] += self._depth[y, x] < depth
+        return SHADOW * found / len(OFFSETS) ** 2
 
 
-def _rasterised(corners: Array, view: View) -> _Hits:
-    """Return the nearest triangle of every pixel."""
-    pixels = view.width * view.height
-    depth, triangle, weights = np.full(pixels, np.inf), np.full(pixels, -1), np.zeros((2, pixels))
-    screen = view.project(corners)
+def _rasterised(corners: Array, view: View, *, cropped: bool = False) -> _Hits:
+    """Return the nearest triangle of every pixel; cropped, only of the lines of the picture that triangles reach."""
+    screen, top, bottom = view.project(corners), 0, view.height
+    if cropped and len(screen):
+        top, bottom = (int(np.clip(edge, 0, view.height)) for edge in _lines(screen))
+    pixels = slice(top * view.width, bottom * view.width)
+    count = pixels.stop - pixels.start
+    depth, triangle, weights = np.full(count, np.inf), np.full(count, -1), np.zeros((2, count))
     for which, place, shares in _samples(screen, view):
+        place -= pixels.start
         # Over the screen the inverse of the depth is linear; with parallel rays the depth itself.
         if view.field_of_view:
             shares = shares / screen[which, :, 2].T
@@ -173,7 +193,13 @@ def _rasterised(corners: Array, view: View) -> _Hits:
         best = near <= depth[place]
         triangle[place[best]] = which[best]
         weights[:, place[best]] = shares[1:, best]
-    return _Hits(depth, triangle, weights)
+    return _Hits(pixels, depth, triangle, weights)
+
+
+def _lines(screen: Array) -> tuple[float, float]:
+    """Return before and behind which line of the picture there is nothing."""
+    down = screen[screen[..., 2] > NEAR][:, 1]
+    return (float(down.min()) - 1.0, float(down.max()) + 1.0) if len(down) else (0.0, 0.0)
 
 
 def _samples(screen: Array, view: View) -> Iterator[tuple[Indices, Indices, Array]]:
