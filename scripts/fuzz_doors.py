@@ -14,6 +14,7 @@ import numpy as np
 import trimesh
 
 import grasp_planner as gp
+from grasp_planner.analysis import measure_contacts
 from grasp_planner.batch import GraspCase, load_table, read_spec
 from grasp_planner.batch.expand import CaseTable
 from grasp_planner.batch.rows import add_failure, case_row
@@ -82,6 +83,12 @@ CONTACTS = b"""{"points": [[0.03, 0.0, 0.0], [-0.03, 0.01, 0.0], [-0.03, -0.01, 
 "normals": [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], "friction": 0.8, "contact_model": "soft:torsion=0.003",
 "forces": [[2.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]], "wrench": [0, 0, -1, 0, 0, 0]}
 """
+HELD = b"""{"points": [[0.03, 0, 0], [-0.02, 0.02, 0], [-0.02, -0.02, 0.01]],
+"normals": [[-1, 0, 0], [0.6, -0.8, 0], [0.6, 0.8, 0]], "friction": 0.7, "centre": [0, 0, 0.002],
+"wrench": [0, 0, -1, 0, 0, 0],
+"J": [[1, 0], [0, 0.5], [0, 0], [0.2, 1], [0, 0.1], [0.3, 0], [0, 0.4], [1, 0], [0.1, 0]], "S": [[1], [0.5]],
+"contact_stiffness": 1000, "joint_stiffness": [5, 4], "synergy_stiffness": 2}
+"""
 LINKED = """<robot name="r"><link name="a"/><link name="b"><collision><geometry>
 <mesh filename="link{suffix}"/></geometry></collision></link>
 <joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
@@ -148,10 +155,13 @@ def record_doors() -> list[Door]:
     def grasp(path: Path) -> Any:
         return gp.grasp_from_record(gp.read_grasp_record(path))
 
+    def contacts(path: Path) -> Any:
+        return measure_contacts(read_contact_file(path), quick=True)
+
     return [
         file_door("grasp", "input.json", grasp, *some),
         file_door("second grasp", "input.json", lambda path: grasp(path.with_name("input.json#2")), several),
-        file_door("contacts", "input.json", read_contact_file, CONTACTS),
+        file_door("contacts", "input.json", contacts, CONTACTS, HELD),
         file_door("specification", "input.yaml", lambda path: CaseTable(read_spec(path))[0], SPEC),
         text_door("object", parse_object, *OBJECTS),
         text_door("task", parse_task, b"twist:+0.1,0.2,0.3,0,0,1*0.5", b"force:+x", b"torque:0,1,0*2"),

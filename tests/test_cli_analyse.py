@@ -126,6 +126,18 @@ def test_analyse_takes_contacts_from_elsewhere(tmp_path):
     assert found["internal forces commanded"] == 3
 
 
+@pytest.mark.parametrize("size", [0.0, 1e-300])
+@pytest.mark.parametrize("name", ["J", "S"])
+def test_analyse_takes_hands_that_move_nothing(tmp_path, name, size):
+    path = tmp_path / "contacts.json"
+    hand = {"J": np.eye(9).tolist(), "S": np.eye(9).tolist(), name: (size * np.eye(9)).tolist()}
+    path.write_text(json.dumps(CONTACTS | hand | {"contact_stiffness": 1000.0, "joint_stiffness": 500.0}))
+    result = CliRunner().invoke(main, ["analyse", str(path), "--all", "--json", "-"])
+    assert result.exit_code == 0, result.output
+    names = {entry["name"] for entry in json.loads(result.stdout)["measures"]}
+    assert "σ_min(H)" in names and "motor force per newton" not in names
+
+
 def test_analyse_takes_soft_fingers_from_elsewhere(tmp_path):
     path = tmp_path / "contacts.json"
     soft = {
@@ -144,6 +156,12 @@ def test_analyse_takes_soft_fingers_from_elsewhere(tmp_path):
         ({"normals": [[1, 0, 0]]}, "normals"),
         ({"normals": [[2, 0, 0]] * 3}, "length 1"),
         ({"friction": -1}, "friction"),
+        ({"friction": 1e-300}, "friction"),
+        ({"points": [[1e308, 0, 0]] * 3}, "points"),
+        ({"points": [[0.01, 0, 0]] * 3, "centre": [0.01, 0, 0]}, "not all at the centre"),
+        ({"centre": [0, 0, 1e300]}, "centre"),
+        ({"forces": [[1e308, 0, 0]] * 3}, "forces"),
+        ({"wrench": [0, 0, 0, 0, 0, 1e200]}, "wrench"),
         ({"J": [[1.0], [2.0, 3.0]]}, "J"),
         ({"J": np.eye(9).tolist()}, "contact_stiffness"),
         ({"J": np.eye(8).tolist(), "contact_stiffness": 1.0}, "J"),

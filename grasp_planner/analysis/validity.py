@@ -27,12 +27,14 @@ NOTHING = 1e-6
 """Changes of F below this, relative to F, count as none."""
 FARTHEST = 0.5
 """Largest change of a parameter that is examined, relative to its scale."""
-TRIALS = 6
+TRIALS = 5
 """Most points that an end of the range is sought with."""
 ENOUGH, GROWTH = 0.7, 3.0
 """Share of the way to where it ends at which a range is long enough, and how much farther is looked at a time."""
 TINY = 1e-3
 """Ends below this, relative to the parameter's scale, are not sought more closely."""
+WORTH_RENEWING = 1e-2
+"""Steps above this, relative to the parameter's scale, may cost a new Hessian on the way."""
 TIGHT = 1e-7
 """Residuals and multipliers below minus this count as a change of the active set."""
 NO_END = "examined no further"
@@ -106,7 +108,8 @@ def _shortened(prediction: Prediction, sign: float, end: tuple[float, str]) -> t
     for _ in range(TRIALS):
         if reach <= 0.0:
             break
-        moved = _followed(prediction, sign * reach, known, renewals=int(lost and known is None))
+        renewed = lost and known is None and reach > WORTH_RENEWING * prediction.parameter.scale
+        moved = _followed(prediction, sign * reach, known, renewals=int(renewed))
         if moved is None:
             beyond, lost, examined = (reach, LOST), True, known is not None
             reach = 0.2 * reach if known is None else math.sqrt(reach * known.reach)

@@ -16,7 +16,7 @@ from ..exceptions import NameNotFoundError
 from ..spatial import Array
 from ..values import Value
 from .quasi_static import RANK, CompliantGrasp
-from .subspaces import homogeneous_solution, rigid_body_motions
+from .subspaces import UNMOVED, homogeneous_solution, rigid_body_motions
 
 References = Literal["held", "least"]
 """What the references of the motors do under a wrench on the object."""
@@ -87,7 +87,7 @@ def _scale(length: float) -> Array:
 def _ratios(outputs: Array, inputs: Array) -> Manipulability:
     """Return the stationary values of |output x|²/|input x|² over x that the inputs see."""
     _, sizes, right = np.linalg.svd(inputs, full_matrices=False)
-    seen = right[sizes > RANK * max(float(sizes.max(initial=0.0)), 1e-300)].T
+    seen = right[sizes > max(RANK * float(sizes.max(initial=0.0)), UNMOVED)].T
     ratios, directions = linalg.eigh(seen.T @ outputs.T @ outputs @ seen, seen.T @ inputs.T @ inputs @ seen)
     found = seen @ directions
     moved = outputs @ found

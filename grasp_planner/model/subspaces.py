@@ -15,6 +15,8 @@ from ..spatial import Array
 from ..values import Value
 from .quasi_static import RANK, CompliantGrasp, quasi_static_maps, resisted_motions
 
+UNMOVED = 1e-100
+"""A matrix without larger entries counts as zero."""
 NO_ARM = 1e-11
 """Lever arms below this, in the unit of length, are none: all forces act through the centre."""
 BLOCKS = (
@@ -155,7 +157,8 @@ def rigid_body_motions(springs: CompliantGrasp) -> dict[str, Array]:
     n_z = springs.basis.shape[1]
     moved, held = springs.jacobian @ springs.basis, springs.grasp.T
     # One scale a block keeps the null space and makes the rank independent of units.
-    sizes = [max(float(np.abs(block).max(initial=0.0)), 1e-300) for block in (moved, held)]
+    largest = [float(np.abs(block).max(initial=0.0)) for block in (moved, held)]
+    sizes = [size if size > UNMOVED else 1.0 for size in largest]
     both = null_basis(np.hstack([moved / sizes[0], -held / sizes[1]]))
     z, u = both[:n_z] / sizes[0], both[n_z:] / sizes[1]
     return {"synergy_motion": z, "joint_motion": springs.basis @ z, "object_motion": u}

@@ -17,6 +17,10 @@ from ..spatial import Array
 from .layout import Record
 
 MAX_BYTES = 10_000_000
+LARGEST = 1e6
+"""Largest coordinate [m], force [N] and moment [N m]."""
+NO_DISTANCE = 1e-9
+"""Distance below which a contact is at the centre [m]."""
 UNIT_TOLERANCE = 1e-3
 """How far a normal may be from unit length."""
 Rows = list[list[float]]
@@ -27,7 +31,7 @@ class ContactFile(Record):
 
     points: list[tuple[float, float, float]] = Field(min_length=1, description="contact points [m]")
     normals: list[tuple[float, float, float]] = Field(description="unit normals into the object")
-    friction: float = Field(gt=0.0, description="coefficient of friction")
+    friction: float = Field(ge=1e-6, le=1e3, description="coefficient of friction")
     centre: tuple[float, float, float] = Field(default=(0.0, 0.0, 0.0), description="centre of mass [m]")
     contact_model: str = Field(default="hard", description="hard, soft:torsion=0.003 or frictionless")
     forces: Rows | None = Field(default=None, description="on the object [N], three numbers, or d intensities, each")
@@ -82,6 +86,11 @@ def _contacts(found: ContactFile) -> ContactSet:
     if (np.abs(np.linalg.norm(normals, axis=1) - 1.0) > UNIT_TOLERANCE).any():
         raise InvalidValueError("normals", normals.tolist(), "of length 1")
     centre, springs, model = np.array(found.centre), None, parse_contact_model(found.contact_model)
+    for name, values in (("points", points), ("centre", centre), ("forces", found.forces), ("wrench", found.wrench)):
+        if values is not None and any(abs(value) > LARGEST for value in np.hstack([*values]).ravel()):
+            raise InvalidValueError(name, np.array(values).tolist(), f"numbers up to {LARGEST:g} in size")
+    if np.abs(points - centre).max() < NO_DISTANCE:
+        raise InvalidValueError("points", points.tolist(), "not all at the centre of mass")
     if found.J is not None:
         jacobian = _matrix("J", found.J)
         basis = np.eye(jacobian.shape[1]) if found.S is None else _matrix("S", found.S)
