@@ -158,7 +158,7 @@ def _missing(derived: Derivation) -> tuple[str, ...]:
     """Return what a URDF can't say."""
     lines = (
         "compliance: the numbers are those of [Mavrogiannis2014], not of this hand",
-        "couplings by tendons or springs: a URDF has none but <mimic>",
+        "couplings by tendons, springs or tables: a URDF has none but <mimic>; [couplings] and [tendons] say them",
     )
     if len(derived.description.contact_sets["sphere"]) < 3:
         count = len(derived.description.contact_sets["sphere"])
