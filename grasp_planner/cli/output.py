@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from ..exceptions import MAX_MESSAGE, FileFormatError, cut
 from ..files import writing
-from ..hand.hand import Hand
+
+if TYPE_CHECKING:  # --help and --version read this file, and import nothing heavy
+    from ..hand.hand import Hand
 
 
 def say(kind: str, message: str) -> None:
