@@ -17,11 +17,18 @@ FRAMES = 14
 """Postures of the film."""
 
 
+def save_first_picture(folder: Path) -> Path:
+    """Make the picture in a folder; return the file."""
+    path = folder / "first_grasp.png"
+    save_picture(first_grasp(), path)
+    return path
+
+
 def main() -> None:
     """Make both."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images")
+    save_first_picture(folder)
     grasp = first_grasp()
-    save_picture(grasp, folder / "first_grasp.png")
     save_film(grasp, approach(grasp, FRAMES), folder / "closing.gif")
 
 

@@ -2,7 +2,8 @@
 
 Usage: python scripts/make_viewer_screenshots.py [folder]      (docs/images by default)
 
-The browser is GRASP_PLANNER_CHROMIUM or /usr/bin/chromium; GRASP_PLANNER_BROWSER_GL names its renderer.
+The browser is GRASP_PLANNER_CHROMIUM or /usr/bin/chromium; GRASP_PLANNER_BROWSER_GL names its renderer, which needs
+no graphics card by default.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ FLAGS = [
     "--no-sandbox",
     "--disable-dev-shm-usage",
     "--use-gl=angle",
-    f"--use-angle={os.environ.get('GRASP_PLANNER_BROWSER_GL', 'gl-egl')}",
+    f"--use-angle={os.environ.get('GRASP_PLANNER_BROWSER_GL', 'swiftshader')}",
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
 ]
@@ -138,14 +139,14 @@ def show_plan(camera: Camera) -> None:
 
 def show_preset(camera: Camera) -> None:
     """Take a figure of the paper: one synergy, whose ellipsoid is two plates."""
-    plan = camera.viewer.plan
-    plan.starts.value = 60
-    plan.preset.value = "1 synergy, push along y"
-    plan.show_preset.value = True
-    wait_for(lambda: camera.viewer.planning.busy)
-    wait_for(lambda: not camera.viewer.planning.busy, 240.0)
-    camera.viewer.display.look.value = True
-    camera.take("one_synergy", tab="Plan")
+    viewer = camera.viewer
+    viewer.plan.starts.value = 60
+    viewer.compare.preset.value = "1 synergy, push along y"
+    viewer.compare.show_preset.value = True
+    wait_for(lambda: viewer.planning.busy)
+    wait_for(lambda: not viewer.planning.busy, 240.0)
+    viewer.display.look.value = True
+    camera.take("one_synergy", tab="Compare")
 
 
 def show_drawings(camera: Camera) -> None:

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from ..analysis.why_not import explain_infeasibility
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchReport
+from ..grasp.joint_rows import joint_rows
 from ..judge.clearance_check import ClearanceKind
 from ..planning.planner import MOST_GRASPS, plan_grasps
 from ..planning.trade import task_angle, trade_front, trade_text, traded_grasps
@@ -256,15 +257,8 @@ def _contact_table(grasp: Grasp) -> Table:
 def _joint_table(grasp: Grasp) -> Table:
     """Return the table of joints."""
     table = new_table("joints", ("joint", "q [°]", "reference q_r [°]", "torque [N mm]"))
-    rows = zip(
-        grasp.problem.hand.joint_names,
-        grasp.joint_angles,
-        grasp.reference_joint_angles,
-        grasp.joint_torques,
-        strict=True,
-    )
-    for name, angle, reference, torque in rows:
-        table.add_row(name, f"{math.degrees(angle):.2f}", f"{math.degrees(reference):.2f}", f"{1e3 * torque:.2f}")
+    for row in joint_rows(grasp):
+        table.add_row(row.name, f"{row.angle:.2f}", f"{row.reference:.2f}", f"{row.torque:.2f}")
     return table
 
 

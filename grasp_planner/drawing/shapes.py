@@ -17,8 +17,10 @@ Faces = npt.NDArray[np.intp]
 
 HALF_LENGTH = 0.06
 """Half length at which the longest axis of an ellipsoid is drawn, or where it is cut [m]."""
+FLATTEST = 25.0
+"""Largest ratio of the longest to the shortest axis at which an ellipsoid is drawn whole, however flat."""
 LONGEST_RATIO = 4.0
-"""Axes longer than this multiple of the shortest are cut there."""
+"""Axes of flatter ones that are longer than this multiple of the shortest are cut there."""
 RINGS, SECTORS = 36, 48
 
 
@@ -57,7 +59,7 @@ def ellipsoid_shape(ellipsoid: Ellipsoid) -> EllipsoidShape:
             np.zeros((0, 3)), np.zeros((0, 3), dtype=int), ellipsoid.axes.T, "unbounded in every direction"
         )
     shortest = float(finite.min())
-    cut = lengths > LONGEST_RATIO * shortest
+    cut = (lengths > LONGEST_RATIO * shortest) & (lengths.max() > FLATTEST * shortest)
     # Relative half lengths in which the picture ends at HALF_LENGTH.
     relative = lengths / (LONGEST_RATIO * shortest if cut.any() else lengths.max())
     vertices, faces = _radial_grid(relative, cut)
@@ -90,6 +92,9 @@ def _radial_grid(lengths: Array, cut: Mask) -> tuple[Array, Faces]:
     directions[:, :, others[0]] = np.sin(polar)[:, None] * np.cos(around)
     directions[:, :, others[1]] = np.sin(polar)[:, None] * np.sin(around)
     directions[:, :, pole] = np.cos(polar)[:, None]
+    if not cut.any():
+        # Stretched from a sphere: rays would leave the tips of a flat one without points.
+        return (directions * lengths).reshape(-1, 3), _grid_faces(len(polar), open_middle=False)
     inverse_square = np.where(np.isfinite(lengths), 1.0 / np.square(lengths), 0.0)
     radius = 1.0 / np.sqrt(np.maximum((directions**2) @ inverse_square, 1e-12))
     vertices = (directions * radius[:, :, None]).reshape(-1, 3)
@@ -125,11 +130,9 @@ def _polar_angles(lengths: Array, cut: Mask, pole: int, others: list[int]) -> Ar
 
 def _note(lengths: Array, cut: Mask) -> str:
     """Return what an ellipsoid with these lengths and cut axes is, in words."""
-    if not cut.any():
-        return "a closed ellipsoid"
     unbounded = int(np.isinf(lengths).sum())
     if unbounded:
         shape = "a tube" if unbounded == 1 else "two plates"
         return f"degenerate: unbounded along {unbounded} of 3 axes, drawn as {shape} cut open"
     ratio = float(lengths.max() / lengths.min())
-    return f"cut open: its longest axis is {ratio:.3g} times the shortest"
+    return f"{'cut open: ' if cut.any() else ''}its longest axis is {ratio:.3g} times the shortest"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import base64
 import html
-import math
 import re
 from collections.abc import Sequence
 
 from ..grasp.grasp import Grasp
+from ..grasp.joint_rows import joint_rows
 from ..problem.settings import text_of_numbers
 from ..records.grasp_files import grasp_json
 from .legend import LEGEND
@@ -53,18 +53,8 @@ def export_overlay(grasp: Grasp, title: str) -> str:
 
 
 def _joints(grasp: Grasp) -> list[tuple[str, ...]]:
-    """Return name, angle, reference and torque of every joint."""
-    rows = zip(
-        grasp.problem.hand.joint_names,
-        grasp.joint_angles,
-        grasp.reference_joint_angles,
-        grasp.joint_torques,
-        strict=True,
-    )
-    return [
-        (name, fixed(math.degrees(q), 1), fixed(math.degrees(reference), 1), fixed(1e3 * torque, 0))
-        for name, q, reference, torque in rows
-    ]
+    """Return name, angle, reference and torque of every joint, as they are told."""
+    return [(row.name, fixed(row.angle, 1), fixed(row.reference, 1), fixed(row.torque, 0)) for row in joint_rows(grasp)]
 
 
 def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

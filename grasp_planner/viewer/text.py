@@ -7,6 +7,7 @@ import math
 from ..analysis.measured_contacts import contact_set
 from ..analysis.measures import measure_contacts
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
+from ..grasp.joint_rows import joint_rows
 from ..grasp.verdict import Violation
 from ..problem.term import METRE, Unit
 from ..terms.posture import JointLimits
@@ -167,13 +168,9 @@ def measure_table(grasp: Grasp, *, in_contact: bool = True) -> str:
 def joint_table(grasp: Grasp) -> str:
     """Return the table of all joints (Markdown): q, q_r, torque, and which are at a limit."""
     rows = ["| joint | q ° | q_r ° | τ mN m |", "|---|--:|--:|--:|"]
-    hand, degrees = grasp.problem.hand, 180.0 / math.pi
-    for i, name in enumerate(hand.joint_names):
-        q = float(grasp.joint_angles[i])
-        limit = " ⚠" if min(q - hand.lower[i], hand.upper[i] - q) < 1e-3 else ""
-        reference = degrees * float(grasp.reference_joint_angles[i])
-        torque = 1e3 * float(grasp.joint_torques[i])
-        rows.append(f"| {name}{limit} | {degrees * q:.1f} | {reference:.1f} | {torque:.0f} |")
+    for row in joint_rows(grasp):
+        limit = " ⚠" if row.at_limit else ""
+        rows.append(f"| {row.name}{limit} | {row.angle:.1f} | {row.reference:.1f} | {row.torque:.0f} |")
     return "\n".join(rows)
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.drawing import look, shapes
+from grasp_planner.grasp.joint_rows import joint_rows
 from grasp_planner.grasp.verdict import Violation
 from grasp_planner.model.task import Ellipsoid
 from grasp_planner.problem.term import METRE, ONE, RADIAN, Unit
@@ -32,6 +33,21 @@ def test_a_loaded_grasp_is_reproduced_by_its_sliders(grasp):
     _, again = evaluate(LiveState.of(grasp))
     assert np.allclose(again.joint_angles, grasp.joint_angles, atol=1e-9)
     assert again.feasible
+
+
+def test_page_and_exported_page_tell_the_joints_in_degrees_and_those_at_a_limit(grasp):
+    hand = grasp.problem.hand
+    q = 0.5 * (hand.lower + hand.upper)
+    q[0], q[-1] = hand.lower[0], hand.upper[-1]
+    ends = replace(grasp, joint_angles=q)
+    rows = joint_rows(ends)
+    assert [row.at_limit for row in rows] == [True, *[False] * (len(q) - 2), True]
+    assert np.radians([row.angle for row in rows]) == pytest.approx(q)
+    assert np.radians([row.reference for row in rows]) == pytest.approx(ends.reference_joint_angles)
+    assert 1e-3 * np.array([row.torque for row in rows]) == pytest.approx(ends.joint_torques)
+    assert f"| {hand.joint_names[0]} ⚠ | {rows[0].angle:.1f} |" in text.joint_table(ends)
+    told = f"<td>{rows[3].name}</td><td>{text.fixed(rows[3].angle, 1)}</td>"
+    assert told in export_overlay(ends, "")
 
 
 def test_moving_a_slider_moves_the_hand_along_that_synergy(grasp):
@@ -114,7 +130,8 @@ def ellipsoid(*lengths):
 @pytest.mark.parametrize(
     ("lengths", "cut", "word"),
     [
-        ((2.0, 1.5, 1.0), 0, "closed"),
+        ((2.0, 1.5, 1.0), 0, "its longest axis is 2 times"),
+        ((14.0, 5.0, 1.0), 0, "its longest axis is 14 times"),
         ((900.0, 1.5, 1.0), 1, "900"),
         ((np.inf, 1.5, 1.0), 1, "tube"),
         ((np.inf, np.inf, 1.0), 2, "plates"),
@@ -133,6 +150,10 @@ def test_ellipsoids_are_drawn_as_what_they_are(lengths, cut, word):
     inverse = np.where(np.isfinite(lengths), 1.0 / np.square(lengths), 0.0)
     level = (shape.vertices**2) @ inverse
     assert np.allclose(level, level[0], rtol=1e-6)
+    if not cut:
+        assert np.abs(shape.vertices).max(axis=0) == pytest.approx(
+            shapes.HALF_LENGTH * np.array(lengths) / lengths[0], 0.02
+        )
 
 
 def test_the_cone_has_the_angle_of_friction():
