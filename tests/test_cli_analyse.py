@@ -95,7 +95,9 @@ def test_analyse_compares_two_grasps_in_every_measure_and_draws(file, tmp_path):
 def test_the_picture_shows_stiffness_and_reach_where_springs_hold_the_object(planned):
     contacts = contact_set(planned)
     figure = measures_figure(contacts)
-    assert len(figure.axes) == 9
+    assert len(figure.axes) == 12
+    assert [axes.name for axes in figure.axes[9:]] == ["3d"] * 3
+    assert all(axes.collections for axes in figure.axes[9:]), "every ellipsoid is drawn"
     moved = quasi_static_maps(contacts.springs).commands.object_motion
     x, y = figure.axes[6].lines[0].get_data()
     assert x.max() == pytest.approx(1e3 * np.linalg.norm(moved[0]), rel=1e-2)

@@ -39,7 +39,7 @@ OUT = click.Path(path_type=Path, allow_dash=True)
 @click.option("--json", "json_file", type=OUT, help="Write the analysis as JSON; - for standard output.")
 @click.option("--all", "everything", is_flag=True, help="Print every measure instead of those that matter most.")
 @click.option("--compare", type=click.Path(path_type=Path), help="Second grasp or contact file to print beside it.")
-@click.option("--picture", type=click.Path(path_type=Path), help="Draw slices of wrenches and compliance, as PNG.")
+@click.option("--picture", type=click.Path(path_type=Path), help="Draw slices and ellipsoids, as PNG.")
 @click.option("--sensitivity/--no-sensitivity", default=True, show_default=True, help="Whether to find the optimum.")
 def analyse(
     file: Path,

@@ -1,4 +1,4 @@
-"""What a grasp can exert, how stiffly it holds and where motors move the object, in the three planes."""
+"""What a grasp can exert, how stiffly it holds and where motors move the object: in the three planes, and in space."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from ..analysis.measured_contacts import ContactSet
 from ..analysis.wrench_space import epsilon, reach
 from ..exceptions import InvalidValueError
 from ..files.writing import replacing
-from ..model.quasi_static import quasi_static_maps
+from ..model.quasi_static import CompliantGrasp, quasi_static_maps
 from ..spatial import Array
+from .ellipsoid_axes import draw_ellipsoids
 from .raster import Pixels
 
 if TYPE_CHECKING:
@@ -63,7 +64,8 @@ def measures_pixels(contacts: ContactSet) -> Pixels:
 def measures_figure(contacts: ContactSet, width: float = WIDE) -> Figure:
     """Return a figure: wrench space with ε, displacement under a force, reach of the motors; one column a plane.
 
-    Forces and displacements are slices, moments zero; the reach of the motors is the shadow of an ellipsoid.
+    Forces and displacements are slices, moments zero; the reach of the motors is the shadow of an ellipsoid. Below
+    them stand the ellipsoids of stiffness and of kinematic and force manipulability.
 
     Args:
         contacts: The contacts; without springs that hold the object there is the first row alone.
@@ -73,9 +75,10 @@ def measures_figure(contacts: ContactSet, width: float = WIDE) -> Figure:
 
     space = contacts.wrench_space()
     radius, compliance = epsilon(space, tolerance=1e-3, max_points=250).value, _shift_compliance(contacts)
-    rows = 1 if compliance is None else 3
+    planes, rows = (1, 1) if compliance is None else (3, 4)
     figure = Figure(figsize=(width, 0.35 * width * rows), layout="constrained")
-    grid = figure.subplots(rows, 3, squeeze=False)
+    cells = figure.add_gridspec(rows, 3)
+    grid = np.array([[figure.add_subplot(cells[row, column]) for column in range(3)] for row in range(planes)])
     turn = np.linspace(0.0, 2.0 * np.pi, ANGLES + 1)
     circle = np.column_stack([np.cos(turn), np.sin(turn)])
     for axes, (first, second) in zip(grid[0], PLANES, strict=True):
@@ -94,14 +97,15 @@ def measures_figure(contacts: ContactSet, width: float = WIDE) -> Figure:
             axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]")
             axes.set_aspect("equal", adjustable="datalim")
         grid[1, 1].set_title("where 1 N around the circle moves the object")
-        _draw_reach(contacts, grid[2], circle)
+        assert contacts.springs is not None
+        _draw_reach(contacts.springs, grid[2], circle)
+        draw_ellipsoids(contacts.springs, [figure.add_subplot(cells[3, k], projection="3d") for k in range(3)])
     return figure
 
 
-def _draw_reach(contacts: ContactSet, row: Sequence[Axes], circle: Array) -> None:
+def _draw_reach(springs: CompliantGrasp, row: Sequence[Axes], circle: Array) -> None:
     """Draw the manipulability: where motors move the object, their references 1 rad from where they are in all."""
-    assert contacts.springs is not None
-    moved = quasi_static_maps(contacts.springs).commands.object_motion[:3]
+    moved = quasi_static_maps(springs).commands.object_motion[:3]
     for axes, plane in zip(row, PLANES, strict=True):
         left, sizes, _ = np.linalg.svd(moved[list(plane)])
         widths = np.pad(sizes, (0, 2 - len(sizes)))

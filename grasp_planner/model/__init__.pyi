@@ -30,6 +30,9 @@ from .friction import force_norm as force_norm
 from .friction import friction_angles as friction_angles
 from .friction import friction_margins as friction_margins
 from .friction import normal_forces as normal_forces
+from .grasp_ellipsoids import force_ellipsoid as force_ellipsoid
+from .grasp_ellipsoids import kinematic_ellipsoid as kinematic_ellipsoid
+from .grasp_ellipsoids import stiffness_ellipsoid as stiffness_ellipsoid
 from .manipulability import Manipulability as Manipulability
 from .manipulability import force_manipulability as force_manipulability
 from .manipulability import kinematic_manipulability as kinematic_manipulability

@@ -14,10 +14,8 @@ import viser
 from ...analysis.measured_contacts import contact_set
 from ...drawing import look
 from ...drawing.shapes import ellipsoid_shape
-from ...exceptions import InvalidValueError
 from ...grasp.grasp import Grasp
-from ...model.stiffness import grasp_stiffness, principal_stiffness
-from ...model.task import Ellipsoid
+from ...model.grasp_ellipsoids import stiffness_ellipsoid
 from ...spatial import Array
 from .clearances import closest_lines
 from .draw_grasp import ROOT, DisplayOptions
@@ -96,7 +94,8 @@ class StiffnessDrawing:
         if self._mesh is not None:
             self._mesh.remove()
             self._mesh = None
-        held = stiffness_ellipsoid(grasp) if options.stiffness_ellipsoid and in_contact else None
+        springs = contact_set(grasp).springs if options.stiffness_ellipsoid and in_contact else None
+        held = None if springs is None else stiffness_ellipsoid(springs)
         if held is None:
             return
         centre, ellipsoid = held
@@ -116,21 +115,6 @@ class StiffnessDrawing:
 
 EXTRAS: tuple[type[ExtraDrawing], ...] = (TorqueDrawing, ClearanceDrawing, WeakestPushDrawing, StiffnessDrawing)
 """All of them."""
-
-
-def stiffness_ellipsoid(grasp: Grasp) -> tuple[Array, Ellipsoid] | None:
-    """Return the centre of compliance in O [m] and the principal stiffnesses against a shift [N/m] as an ellipsoid.
-
-    None where springs do not hold the object.
-    """
-    springs = contact_set(grasp).springs
-    if springs is None:
-        return None
-    try:
-        held = principal_stiffness(grasp_stiffness(springs))
-    except InvalidValueError:
-        return None
-    return held.centre, Ellipsoid(held.translational_axes[:, ::-1], held.translational[::-1], 1, degenerate=False)
 
 
 def torque_arrows(grasp: Grasp) -> Array:
