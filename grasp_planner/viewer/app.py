@@ -15,10 +15,13 @@ from .animation import Animator
 from .comparisons import SERIES, Comparison
 from .first_grasp import first_grasp
 from .gallery import Gallery
+from .handles import connect_handles
 from .ladder_card import LadderCard
 from .narrow_script import narrow_script
+from .page_links import PageLinks
 from .page_script import page_script, send_script
 from .palette import add_commands
+from .panels.changes import ChangesPanel
 from .panels.chapters import COMPARE, GRASP, PLAN, SYNERGIES, TASK, WHY
 from .panels.compare import ComparePanel
 from .panels.display import DisplayPanel
@@ -35,13 +38,12 @@ from .panels.widgets import FieldError
 from .plan_control import PlanControl
 from .problem_edits import ProblemEdits
 from .push_control import PushControl
-from .row_links import RowLinks
 from .run_control import RunControl
 from .scene.draw_grasp import fitting_scale
-from .scene.draw_hand import pose_of
 from .scene.picture3d import Picture
 from .server import LocalServer
 from .session import Session
+from .state_link import LinkedState
 from .tour import tour_script
 from .worker import Worker
 
@@ -104,9 +106,9 @@ class GraspViewer:
         self.control = PlanControl(self.session, self.plan, self.worker, self.animator.stop, self._report)
         self.planning = self.control.planning
         self.comparison = Comparison(self.session, self.compare, self.plan, self.planning, self.worker)
-        session, series = self.session, self.comparison
+        series = self.comparison
         self.galleries = (
-            Gallery(self.plan.gallery, session.entries, lambda: session.shown, self.worker.submit),
+            Gallery(self.plan.gallery, self.session.entries, lambda: self.session.shown, self.worker.submit),
             Gallery(self.compare.gallery, series.entries, series.shown, self.worker.submit),
         )
         self.run: RunControl | None = None
@@ -138,6 +140,7 @@ class GraspViewer:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH)
         self.card = LadderCard(gui, self.session)
+        self.changes = ChangesPanel(gui, self.session, lambda: self.animator.stop(), self._later)
         tabs = gui.add_tab_group()
         if rows is not None:
             with tabs.add_tab("Run"):
@@ -153,7 +156,7 @@ class GraspViewer:
         with tabs.add_tab(PLAN):
             self.plan = PlanPanel(
                 gui,
-                lambda: self._later(self._mark_dirty, "search"),
+                lambda: self._later(self.session.mark_dirty, "search"),
                 lambda rank: self._later(lambda: self.control.choose(rank)),
             )
             with gui.add_form(None) as form:
@@ -170,7 +173,7 @@ class GraspViewer:
         with tabs.add_tab("View"):
             scale = fitting_scale(self.session.grasp)
             own = {"springs": self.synergies.springs, "margin": self.why.margin}
-            self.display = DisplayPanel(gui, lambda: self._later(self._mark_dirty, "display"), scale, own)
+            self.display = DisplayPanel(gui, lambda: self._later(self.session.mark_dirty, "display"), scale, own)
         with tabs.add_tab("Share"):
             self.share = SharePanel(self.server, self.session, self._later)
         with tabs.add_tab("Guide"):
@@ -182,22 +185,14 @@ class GraspViewer:
         panel.count.on_update(lambda _: self._later(self.edits.take_count, "count"))
         panel.reset.on_click(lambda _: self._later(session.reset_posture))
         panel.close.on_click(lambda _: self._later(lambda: self.animator.close(int(panel.which.value) - 1)))
+
+        def squeeze() -> None:
+            session.set_squeeze(panel.squeeze.value, panel.automatic.value)
+
         for widget in (panel.automatic, panel.squeeze):
-            widget.on_update(
-                lambda _: self._later(
-                    lambda: session.set_squeeze(panel.squeeze.value, panel.automatic.value), "squeeze"
-                )
-            )
+            widget.on_update(lambda _: self._later(squeeze, "squeeze"))
         picture = self.picture
-        boxes = panel.move_hand, panel.move_object
-        for box in boxes:
-            box.on_update(lambda _: self._later(lambda: picture.show_gizmos(*(each.value for each in boxes)), "gizmos"))
-        picture.hand_gizmo.on_update(
-            lambda _: self._later(lambda: session.set_hand_pose(pose_of(picture.hand_gizmo)), "hand")
-        )
-        picture.object_gizmo.on_update(
-            lambda _: self._later(lambda: session.set_object_pose(pose_of(picture.object_gizmo)), "object")
-        )
+        connect_handles(picture, session, (panel.move_hand, panel.move_object), self._later)
         picture.clicked = lambda what: self._later(lambda: session.select(what))
         pushes = PushControl(session, self.why)
         self.why.connect(session, pushes.apply, self._later)
@@ -218,7 +213,7 @@ class GraspViewer:
         self.plan.browse.on_click(lambda _: self._later(self.control.browse))
         if self.run is not None:
             self.run.connect(self._later)
-        self.links = RowLinks(self.server, self.run, self._later)
+        self.links = PageLinks(self.server, self.run, self._later, self._open_state)
         add_commands(
             self.server.gui,
             self._later,
@@ -228,6 +223,8 @@ class GraspViewer:
                 ("Pin this grasp", "B", session.pin),
                 ("Next result, or next row of the run", "N", lambda: self._step(1)),
                 ("Previous result, or previous row of the run", "V", lambda: self._step(-1)),
+                ("Undo", "cmd/ctrl+Z", self.changes.undo),
+                ("Redo", "cmd/ctrl+shift+Z", self.changes.redo),
             ),
         )
 
@@ -276,10 +273,6 @@ class GraspViewer:
         with contextlib.suppress(GraspPlannerError):
             self.problem.show(self.session, force=True)
 
-    def _mark_dirty(self) -> None:
-        """Have everything drawn again."""
-        self.session.dirty = True
-
     def _apply_sigma(self) -> None:
         """Move the hand as the synergy sliders say."""
         self.animator.stop()
@@ -290,6 +283,12 @@ class GraspViewer:
         if self.edits.take_problem():
             self._look(None)
         self.server.show_used_values()
+
+    def _open_state(self, state: LinkedState) -> None:
+        """Show what a link opens."""
+        self.control.open_state(state)
+        # The page that was opened is not there yet and will look from here.
+        self.picture.aim(self.session.grasp)
 
     def _look(self, client: viser.ClientHandle | None) -> None:
         """Move the camera of a page, of all without one, to a good view."""

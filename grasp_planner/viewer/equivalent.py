@@ -35,15 +35,13 @@ def command_text(problem: GraspProblem, options: PlannerOptions | None = None, s
         seed: Seed of the random starts.
         count: How many grasps that differ.
     """
-    paper = _is_paper(problem)
+    paper, found = differences(problem)
     words = ["grasp-planner", "plan", "--hand", problem.hand.name, "--object", problem.grasp_object.text]
     for task in problem.tasks:
         words += ["--task", task.text]
     words += ["--paper"] * paper
-    base = _base(problem, paper)
-    found = [entry for name, owner in OWNERS for entry in _changed(_part(problem, name), _part(base, name), owner)]
     if options is not None:
-        found += _changed(options, PlannerOptions(), PlannerOptions)
+        found += search_differences(options)
     for each, value in found:
         words += _option(each, value)
     words += ["--seed", str(seed)] * bool(seed)
@@ -94,6 +92,19 @@ def what_is_lost(problem: GraspProblem) -> str:
     if problem.grasp_object.kind == "mesh":
         parts.append("the file of the mesh, which has to be there")
     return ", ".join(parts)
+
+
+def differences(problem: GraspProblem) -> tuple[bool, list[Changed]]:
+    """Return whether a problem is nearer to the paper's than to the usual one, and its settings that differ from it."""
+    paper = _is_paper(problem)
+    base = _base(problem, paper)
+    parts = [(_part(problem, name), _part(base, name), owner) for name, owner in OWNERS]
+    return paper, [entry for part in parts for entry in _changed(*part)]
+
+
+def search_differences(options: PlannerOptions) -> list[Changed]:
+    """Return the settings of a search that are not the defaults."""
+    return list(_changed(options, PlannerOptions(), PlannerOptions))
 
 
 def _base(problem: GraspProblem, paper: bool) -> GraspProblem:

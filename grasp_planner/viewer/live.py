@@ -106,6 +106,29 @@ class LiveState:
         return replace(self, object_pose=pose, problem=replace(self.problem, parameters=parameters))
 
 
+@dataclass(frozen=True)
+class Shown:
+    """All that undo brings back.
+
+    Attributes:
+        live: What sliders and gizmos say.
+        grasp: The grasp.
+        base_squeeze: δσ, or contact forces, that a squeeze of 1 means.
+        squeeze: The squeeze.
+        automatic_squeeze: Whether it is chosen for the least force.
+        note: Where the grasp comes from.
+        moved: Whether the grasp is still to be evaluated.
+    """
+
+    live: LiveState
+    grasp: Grasp
+    base_squeeze: Array
+    squeeze: float
+    automatic_squeeze: bool
+    note: str
+    moved: bool
+
+
 def evaluate(state: LiveState, *, automatic_squeeze: bool = False) -> tuple[LiveState, Grasp]:
     """Return the grasp a state stands for: the posture settled under its contact forces.
 

@@ -17,6 +17,7 @@ from .panels.widgets import set_value
 from .planning import PlanEvents, PlanningProcess, PlanRequest, SearchEnd
 from .presets import ENOUGH, paper_presets
 from .session import Preview, Session
+from .state_link import LinkedState
 from .worker import Worker
 
 
@@ -69,6 +70,14 @@ class PlanControl:
     def count(self) -> int:
         """How many grasps that differ are asked for."""
         return int(self.panel.count.value)
+
+    def open_state(self, state: LinkedState) -> None:
+        """Show a grasp with its problem and search."""
+        self._stop_animation()
+        self.panel.search.enter(state.options)
+        set_value(self.panel.seed, state.seed)
+        set_value(self.panel.count, state.count)
+        self.session.show(state.grasp, "opened from a link" if state.posed else "from a link, not planned yet")
 
     def _start(self, options: PlannerOptions, *, from_here: bool) -> None:
         """Start planning for the problem shown."""

@@ -105,7 +105,8 @@ class LocalServer(viser.ViserServer):
         address = urlsplit(request.path)
         navigation = request.headers.get("Sec-Fetch-Mode"), request.headers.get("Sec-Fetch-Dest")
         if address.path == "/" and address.query and navigation == ("navigate", "document"):
-            query = dict(parse_qsl(address.query[:MAX_TEXT]))
+            # The line of a request has 8 kB at most; a link that were cut would mean something else.
+            query = dict(parse_qsl(address.query, keep_blank_values=True))
             query.pop("token", None)
             if query:
                 self.page_asked(query)

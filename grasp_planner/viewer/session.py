@@ -13,7 +13,8 @@ from ..planning.ranking import alike
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose
 from .closing_story import StoryMoment
-from .live import LiveState, evaluate
+from .history import History
+from .live import LiveState, Shown, evaluate
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,8 @@ class Session:
         self.pinned: Grasp | None = None
         self.seed: Grasp | None = None
         self.selected: tuple[str, int | str] | None = None
+        self._history: History[Shown] = History()
+        self._present: Shown | None = None
         self.show(grasp, note)
 
     @property
@@ -87,20 +90,28 @@ class Session:
         self.shown = None
         self.version += 1
         self.problem_version += 1
-        self._changed(moved=False)
+        self._changed(moved=False, kind="show")
+
+    def undo(self) -> None:
+        """Show what was there before the last change."""
+        self._restore(self._history.back(self._snapshot()))
+
+    def redo(self) -> None:
+        """Show what was there before the last undo."""
+        self._restore(self._history.forth(self._snapshot()))
 
     def set_sigma(self, sigma: Array) -> None:
         """Move the hand along its synergies, σ [rad] of shape (n_s,)."""
         if sigma.shape == self.live.sigma.shape and not np.array_equal(sigma, self.live.sigma):
             self.live = replace(self.live, sigma=sigma)
-            self._changed()
+            self._changed(kind="sigma")
 
     def reset_posture(self) -> None:
         """Put the hand at its mean posture, σ = 0."""
         zero = np.zeros(self.problem.hand.n_joints)
         self.live = replace(self.live, sigma=np.zeros(self.problem.n_synergies), offset=zero, bend=zero)
         self.version += 1
-        self._changed()
+        self._changed(kind="reset")
 
     def set_squeeze(self, factor: float, automatic: bool) -> None:
         """Squeeze with a multiple of the grasp's δσ, or automatically."""
@@ -110,17 +121,17 @@ class Session:
         base = self.base_squeeze
         springs = self.problem.parameters.force_law == "springs"
         self.live = self.live.squeezed(squeezed_forces(self.grasp, base, factor) if springs else factor * base)
-        self._changed()
+        self._changed(kind="squeeze")
 
     def set_hand_pose(self, pose: Pose) -> None:
         """Put the palm at a pose in the world."""
         self.live = replace(self.live, hand_pose=pose)
-        self._changed()
+        self._changed(kind="hand")
 
     def set_object_pose(self, pose: Pose) -> None:
         """Put the object at a pose in the world."""
         self.live = self.live.with_object_pose(pose)
-        self._changed()
+        self._changed(kind="object")
 
     def set_problem(self, problem: GraspProblem, *, by_widgets: bool = False) -> None:
         """Change the problem and keep the posture as well as it can be kept.
@@ -141,9 +152,9 @@ class Session:
             self.grasp = replace(self.grasp, problem=self.live.problem, search=None)
             self.moves += 1
             self.shown, self.note = None, "the same grasp, for another problem"
-            self._changed(moved=False)
+            self._changed(moved=False, kind="problem")
             return
-        self._changed()
+        self._changed(kind="problem")
 
     def set_posture(self, q: Array, note: str) -> None:
         """Show a posture [rad] with the palm and the object where they are."""
@@ -151,13 +162,14 @@ class Session:
         object_pose, base, squeeze = self.live.object_pose, self.base_squeeze, self.squeeze
         self.show(grasp, note, object_pose=object_pose)
         self.base_squeeze, self.squeeze = base, squeeze
-        self._changed(note=note)
+        self._changed(note=note, kind="show")
 
     def update(self) -> None:
         """Evaluate the grasp if something has moved."""
         if self._moved:
             self.live, self.grasp = evaluate(self.live, automatic_squeeze=self.automatic_squeeze)
             self._moved = False
+            self._present = self._snapshot()
 
     def add_result(self, grasp: Grasp) -> bool:
         """Rank a result, unless a better one is like it; return whether it is the best so far."""
@@ -186,6 +198,10 @@ class Session:
         self.selected = what
         self.dirty = True
 
+    def mark_dirty(self) -> None:
+        """Have everything drawn again."""
+        self.dirty = True
+
     def pin(self) -> None:
         """Keep the grasp shown to compare with."""
         self.pinned = self.grasp
@@ -207,12 +223,12 @@ class Session:
         if not self.results:
             return
         index = int(np.clip(index, 0, len(self.results) - 1))
-        self.show(self.results[index], object_pose=object_pose)
-        self.note = f"result {index + 1} of {len(self.results)}, best first"
+        note = f"result {index + 1} of {len(self.results)}, best first"
+        self.show(self.results[index], note, object_pose=object_pose)
         self.shown = index
 
-    def _changed(self, *, moved: bool = True, note: str = "moved by hand") -> None:
-        """Note that the page is behind, and whether the grasp has to be evaluated anew."""
+    def _changed(self, *, kind: str, moved: bool = True, note: str = "moved by hand") -> None:
+        """Note that the page is behind, whether the grasp has to be evaluated anew, and what undo goes back to."""
         self._moved = moved
         self.dirty = True
         self.preview = None
@@ -220,6 +236,29 @@ class Session:
             self.moves += 1
             self.shown = None
             self.note = note
+        if self._present is not None:
+            self._history.note(self._present, kind)
+        self._present = self._snapshot()
+
+    def _snapshot(self) -> Shown:
+        """Return what undo brings back."""
+        return Shown(
+            self.live, self.grasp, self.base_squeeze, self.squeeze, self.automatic_squeeze, self.note, self._moved
+        )
+
+    def _restore(self, state: Shown | None) -> None:
+        """Show what was there; nothing happens if that is None."""
+        if state is None:
+            return
+        self.live, self.grasp, self.base_squeeze = state.live, state.grasp, state.base_squeeze
+        self.squeeze, self.automatic_squeeze = state.squeeze, state.automatic_squeeze
+        self.note, self._moved = state.note, state.moved
+        places = [index for index, each in enumerate(self.results) if each is state.grasp]
+        self.shown = places[0] if places else None
+        self.version += 1
+        self.problem_version += 1
+        self.moves += 1
+        self.preview, self.dirty, self._present = None, True, state
 
 
 def _rank(grasp: Grasp) -> tuple[bool, float]:

@@ -27,6 +27,11 @@ def test_the_page_opens_with_a_grasp_and_its_sliders_move_the_hand(page, viewer)
     )
     page.page.locator("[data-model='broken']").wait_for()
     assert viewer.session.live.sigma[0] == -0.6
+    page.row("σ1").blur()
+    page.page.keyboard.press("Control+z")
+    page.page.locator("[data-model='met']").wait_for()
+    page.page.keyboard.press("Control+Shift+Z")
+    page.page.locator("[data-model='broken']").wait_for()
 
 
 def test_plan_shows_progress_and_a_result_and_can_be_cancelled(page, viewer, easy_problem):
@@ -77,6 +82,22 @@ def test_files_go_in_and_out(page, viewer, tmp_path):
     picture = tmp_path / "picture.png"
     download.value.save_as(picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_copied_link_opens_what_was_shown(page, viewer, grasp):
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.tab("Share")
+    page.button("Copy link").click()
+    page.page.get_by_text("Link copied").wait_for()
+    link = page.page.evaluate("navigator.clipboard.readText()")
+    assert link.startswith(f"{viewer.url}/?hand=")
+    viewer.synergies.count.value = 1
+    viewer.worker.drain()
+    page.page.goto(link)
+    page.page.get_by_text("opened from a link").wait_for()
+    until(lambda: viewer.session.grasp.feasible)
+    assert viewer.session.problem == grasp.problem
+    page.page.wait_for_function("window.location.search === ''")
 
 
 def test_clicking_a_contact_shows_its_numbers(page, viewer):

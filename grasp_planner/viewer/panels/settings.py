@@ -79,12 +79,17 @@ class SettingsPanel:
         """Take what :meth:`changes` read for what holds; what was changed since then is still to be read."""
         self._shown = self._read
 
+    def enter(self, options: Any) -> None:
+        """Have the widgets ask for options, as if they were typed."""
+        for name, widget in self.widgets.items():
+            set_value(widget, _shown(self._settings[name], getattr(options, name)))
+
     def show(self, options: Any) -> None:
         """Show options; to be called by the worker only."""
         for field in self._fields.values():
             field.complain("")
+        self.enter(options)
         for name, widget in self.widgets.items():
-            set_value(widget, _shown(self._settings[name], getattr(options, name)))
             self._shown[name] = widget.value
 
 

@@ -17,7 +17,9 @@ from ...records.grasp_files import grasp_json, parse_grasp_record
 from ...records.grasp_record import grasp_from_record
 from ..equivalent import command_text, python_text, what_is_lost
 from ..export import grasp_html
+from ..page_links import copy_link
 from ..session import Session
+from ..state_link import state_query
 
 PICTURE_SIZE = (1080, 1440)
 """Height and width of a saved picture."""
@@ -36,7 +38,8 @@ class SharePanel:
     def __init__(self, server: viser.ViserServer, session: Session, later: Later) -> None:
         self._server, self._session, self._later = server, session, later
         self.last_error = ""
-        self._told: tuple[GraspProblem, PlannerOptions, int, int] | None = None
+        self._told: GraspProblem | None = None
+        self._search = (PlannerOptions(), 0, 1)
         gui = server.gui
         self.upload = gui.add_upload_button("Open a grasp (JSON)", icon=viser.Icon.UPLOAD, mime_type="application/json")
         self.json = gui.add_button("Save the grasp (JSON)", icon=viser.Icon.DOWNLOAD)
@@ -46,20 +49,29 @@ class SharePanel:
             "The **JSON** file is what `grasp-planner` writes and reads. The **HTML** file holds the grasp, its "
             "closing animation and its numbers; it needs neither network nor server."
         )
+        self.link = gui.add_button("Copy link", icon=viser.Icon.LINK, hint="Opens this problem, search and posture")
         with gui.add_folder("The same as a command, and in Python"):
             self._same = gui.add_markdown("")
         self.upload.on_upload(lambda event: self._open(event.client, self.upload.value.content))
         self.json.on_click(lambda event: self._send(event.client, "grasp.json", self._json))
         self.html.on_click(lambda event: self._send(event.client, "grasp.html", self._html))
         self.png.on_click(lambda event: self._picture(event.client))
+        self.link.on_click(lambda event: self._copy(event.client))
+
+    def query(self) -> str:
+        """Return the query of a link that opens what is shown.
+
+        Raises:
+            GraspPlannerError: If a link can't hold it.
+        """
+        return state_query(self._session.grasp, *self._search)
 
     def show(self, options: PlannerOptions, seed: int, count: int) -> None:
         """Show the command and the Python that plan the problem shown."""
-        problem = self._session.problem
-        told = self._told
-        if told is not None and told[0] is problem and told[1:] == (options, seed, count):
+        problem, search = self._session.problem, (options, seed, count)
+        if self._told is problem and self._search == search:
             return  # while the hand is moved, nothing here changes, and writing it takes as long as drawing the hand
-        self._told = problem, options, seed, count
+        self._told, self._search = problem, search
         lost = what_is_lost(problem)
         note = f"*Not in it: {lost}.*\n\n" if lost else ""
         texts = command_text(problem, options, seed, count), python_text(problem, seed, count)
@@ -96,6 +108,11 @@ class SharePanel:
                     client.add_notification("Not a grasp file", str(error)[:300], color="red")
 
         self._later(work)
+
+    def _copy(self, client: viser.ClientHandle | None) -> None:
+        """Have the worker make a link and put it on the clipboard of whoever asked for it."""
+        if client is not None:
+            self._later(lambda: copy_link(client, self.query()))
 
     def _json(self) -> bytes:
         """Return the grasp as JSON."""
