@@ -164,10 +164,28 @@ def test_neighbours_share_the_clearances_that_are_the_same():
     larger = replace(problem, grasp_object=problem.grasp_object.resized(1.01))
     x = program.z * program.base.scale
     for other, shares in ((softer, True), (larger, False)):
-        assert evaluator._clearance.serves(other) is shares
+        assert evaluator._posed.clearance.serves(other) is shares
         shared = StateEvaluator(other, program.reference, evaluator).evaluate(x)
         own = StateEvaluator(other, program.reference).evaluate(x)
         np.testing.assert_allclose(shared.clearance.link_object, own.clearance.link_object, atol=1e-12)
+
+
+def test_forces_alone_move_no_contact_and_other_contacts_are_not_taken_for_the_same():
+    program = OptimalityProgram(stored("clear"))
+    evaluator, problem = program.base.evaluator, program.base.problem
+    x = program.z * program.base.scale
+    pressed, moved = x.copy(), x.copy()
+    pressed[evaluator.layout.forces] *= 1.1
+    moved[evaluator.layout.joints] += 0.01
+    first = evaluator.evaluate(x)
+    assert evaluator.evaluate(pressed).geometry is first.geometry
+    assert evaluator.evaluate(moved).geometry is not first.geometry
+    softer = replace(problem, parameters=replace(problem.parameters, friction=0.7))
+    soft = replace(problem, parameters=replace(problem.parameters, contact_model=gp.model.SoftFinger()))
+    for other, same in ((softer, True), (soft, False)):
+        assert (StateEvaluator(other, program.reference, evaluator)._posed is evaluator._posed) is same
+    elsewhere = StateEvaluator(softer, program.base.evaluator.palm_pose(x), evaluator)
+    assert elsewhere._posed is not evaluator._posed, "another chart has other derivatives"
 
 
 def test_with_the_palm_held_the_palm_stays_where_it_is_in_the_world():

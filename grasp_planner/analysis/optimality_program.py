@@ -13,7 +13,7 @@ from ..planning.program import GraspProgram
 from ..problem.problem import GraspProblem
 from ..problem.term import NEWTON, Constraint, above_zero
 from ..spatial import Array
-from ..terms.objective import problem_objective
+from ..terms.objective import Objective, problem_objective
 from ..terms.registry import stacked
 from .lagrangian import NlpPoint
 
@@ -46,15 +46,17 @@ class OptimalityProgram:
         self.base = GraspProgram(grasp.problem, grasp.palm_pose)
         self.z = self.base.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces)
         self.objective_scale = self.base.objective_scale(self.z)
+        self.objective = self.objective_of(grasp.problem)
         self.most_force = most_force(grasp)
         bounds = [] if math.isinf(self.most_force) else [ForceBound(self.most_force)]
-        self.terms = sorted([*self.base.constraints, *bounds], key=lambda term: not term.equality)
+        self.terms = sorted([*self.base.constraints, *bounds], key=lambda term: not term.equality)  # equalities first
+        self._sides = tuple([term for term in self.terms if term.equality is equal] for equal in (True, False))
         self.layout = self.base.evaluator.layout
         self.reference = grasp.palm_pose
 
     def evaluate(self, z: Array) -> NlpPoint:
         """Return the program at scaled variables."""
-        return self.point_of(self.base.problem, self.base.state(z))
+        return self.point_of(self.base.problem, self.base.state(z), self.objective)
 
     def at(self, problem: GraspProblem) -> NeighbouringProgram:
         """Return the program of another problem with the same variables."""
@@ -70,13 +72,16 @@ class OptimalityProgram:
         joints = self.base.problem.hand.joint_names
         return names + [f"lower limit of {name}" for name in joints] + [f"upper limit of {name}" for name in joints]
 
-    def point_of(self, problem: GraspProblem, state: GraspState) -> NlpPoint:
-        """Return the program at a state."""
+    def objective_of(self, problem: GraspProblem) -> Objective:
+        """Return the scaled objective of a problem."""
+        return problem_objective(problem).scaled(self.objective_scale)
+
+    def point_of(self, problem: GraspProblem, state: GraspState, objective: Objective) -> NlpPoint:
+        """Return the program at a state, with the scaled objective of its problem."""
         scale, layout = self.base.scale, self.layout
-        objective = problem_objective(problem).scaled(self.objective_scale)
-        # The equalities come first.
-        sides = ([term for term in self.terms if term.equality is equal] for equal in (True, False))
-        (zero, d_zero), (spare, d_spare) = (stacked(side, problem, state, lambda term: term.scale) for side in sides)
+        (zero, d_zero), (spare, d_spare) = (
+            stacked(side, problem, state, lambda term: term.scale) for side in self._sides
+        )
         q, picks = state.x[layout.joints], np.eye(layout.size)[layout.joints]
         unit = scale[layout.joints]
         return NlpPoint(
@@ -97,6 +102,7 @@ class NeighbouringProgram:
         own = program.base.evaluator
         same = problem is program.base.problem
         self._evaluator = own if same else StateEvaluator(problem, program.reference, own)
+        self._objective = program.objective if same else program.objective_of(problem)
         self._last: tuple[bytes, GraspState] | None = None
 
     def state(self, z: Array) -> GraspState:
@@ -108,7 +114,7 @@ class NeighbouringProgram:
 
     def evaluate(self, z: Array) -> NlpPoint:
         """Return the program at scaled variables."""
-        return self._program.point_of(self.problem, self.state(z))
+        return self._program.point_of(self.problem, self.state(z), self._objective)
 
 
 def most_force(grasp: Grasp) -> float:

@@ -15,12 +15,13 @@ import pinocchio as pin
 from ..model.compliance import bent
 from ..problem.problem import GraspProblem
 from ..spatial import Array
-from .clearance import ClearanceEvaluator, ClearanceState
-from .contact_geometry import ContactGeometry, ContactGeometryEvaluator
+from .clearance import ClearanceState
+from .contact_geometry import ContactGeometry
 from .force_distribution import ForceDistribution
 from .free_forces import FreeForces, turned_intensities
 from .load_response import LoadEvaluator, LoadState
-from .variables import PoseChart, VariableLayout
+from .posed_hand import PosedHandEvaluator
+from .variables import VariableLayout
 
 FRICTION_SMOOTHING = 1e-3
 """ε in √(|f_t|² + ε²), a smooth and conservative length of the tangential force [N]."""
@@ -114,13 +115,9 @@ class StateEvaluator:
         """Make an evaluator; what it may share with another one it takes from there."""
         self.problem = problem
         self.layout = VariableLayout.of(problem)
-        self.chart = PoseChart.around(reference_pose)
-        self._geometry = ContactGeometryEvaluator(problem, self.chart)
-        self._clearance: ClearanceEvaluator | None = None
-        if like is not None and like._clearance is not None and like._clearance.serves(problem):
-            self._clearance = like._clearance
-        elif problem.clearance.needs_geometry:
-            self._clearance = ClearanceEvaluator(problem)
+        shared: PosedHandEvaluator | None = None if like is None else like._posed
+        self._posed: PosedHandEvaluator = PosedHandEvaluator.of(problem, reference_pose, shared)
+        self.chart = self._posed.chart
         self._loads = LoadEvaluator(problem) if problem.loads.active else None
         self._complement = problem.synergies.complement()
 
@@ -169,7 +166,7 @@ class StateEvaluator:
         """
         problem, layout = self.problem, self.layout
         q, delta_sigma = x[layout.joints], x[layout.displacement]
-        geometry = self._geometry.evaluate(x)
+        geometry, clearance = self._posed.evaluate(x)
         distribution: ForceDistribution | FreeForces
         if layout.n_forces:
             distribution = FreeForces(problem, geometry, layout, x)
@@ -215,7 +212,7 @@ class StateEvaluator:
             d_compliance=self._complement.T @ d_reference,
             d_force_norm=(normal / force_norm) @ d_normal,
             d_task_index=self._pad(d_task_index),
-            clearance=None if self._clearance is None else self._clearance.evaluate(geometry),
+            clearance=clearance,
             loads=loads,
         )
 

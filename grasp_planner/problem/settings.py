@@ -223,11 +223,16 @@ def check_settings(values: Any) -> None:
     Raises:
         GraspPlannerError: If one is out of range; names it.
     """
-    for each in fields(values):
-        described = each.metadata.get(_KEY)
-        if described is not None:
-            named = replace(described, name=each.name, group=getattr(type(values), "settings_group", ""))
-            object.__setattr__(values, each.name, named.checked(getattr(values, each.name)))
+    for each in _named_settings(values.__class__):
+        object.__setattr__(values, each.name, each.checked(getattr(values, each.name)))
+
+
+@cache
+def _named_settings(owner: type[Any]) -> tuple[Setting, ...]:
+    """Return the settings of a dataclass as they are declared, with name and group."""
+    group = getattr(owner, "settings_group", "")
+    described = ((each.name, each.metadata.get(_KEY)) for each in fields(owner))
+    return tuple(replace(setting, name=name, group=group) for name, setting in described if setting is not None)
 
 
 def numbers_of_text(text: str) -> tuple[float, ...]:
