@@ -36,6 +36,12 @@ def shown(value: object) -> str:
     return cut(text, MAX_VALUE)
 
 
+def shown_path(path: Path | str) -> str:
+    """Return a path as messages show it: of a long one the end, which says more."""
+    text = str(path)
+    return text if len(text) <= MAX_PATH else "…" + text[1 - MAX_PATH :]
+
+
 class GraspPlannerError(Exception):
     """Base class of every error raised on purpose by this package."""
 
@@ -91,9 +97,7 @@ class FileFormatError(GraspPlannerError):
     def __init__(self, path: Path | str, reason: str) -> None:
         self.path = Path(path)
         self.reason = reason
-        text = str(self.path)
-        # The end of a long path says more, and the reason most.
-        super().__init__(f"{text if len(text) <= MAX_PATH else '…' + text[1 - MAX_PATH :]}: {reason}")
+        super().__init__(f"{shown_path(self.path)}: {reason}")
 
     def __reduce__(self) -> tuple[type, tuple[Path, str]]:
         return type(self), (self.path, self.reason)

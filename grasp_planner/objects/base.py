@@ -131,6 +131,16 @@ class GraspObject(Value, ABC):
         """Radius of the sharpest edges that a finger may meet [m]; infinite for none, 0 for those of triangles."""
         return float("inf")
 
+    @property
+    def max_normal_force(self) -> float:
+        """Largest normal force of a contact that it bears [N]; infinite unless told."""
+        return float("inf")
+
+    @property
+    def grasped_in_part(self) -> bool:
+        """Whether a hand has to close on part of it, whatever its size."""
+        return False
+
     def normal_spread(self, points: Array, radius: float) -> Array:
         """Return the widest angle between normals of the exact surface within a distance of points of it.
 

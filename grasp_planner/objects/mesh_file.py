@@ -5,6 +5,7 @@ Files are parsed from memory without resolving what they refer to (materials, te
 
 from __future__ import annotations
 
+import contextlib
 import io
 import re
 import warnings
@@ -16,7 +17,7 @@ import numpy as np
 
 from ..exceptions import FileFormatError, shown
 from ..files.quiet import quiet
-from ..files.reading import MESH_SUFFIXES, read_bounded
+from ..files.reading import MESH_SUFFIXES, opened_file, read_bounded
 from ..files.scenes import check_scene
 from ..files.text import refuse_entities
 from .holes import thickened
@@ -29,7 +30,10 @@ MAX_MESH_BYTES = 200_000_000
 """Largest mesh file that is read."""
 MAX_FACES = 2_000_000
 """Most triangles of a mesh."""
+_UNIT = re.compile(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']([0-9.eE+-]{1,30})[\"']")
 _NO_NUMBER = re.compile(rb"^\s*(?:v|vertex)?\s[^#]*?(?<=\s)([+-]?(?:nan|inf|infinity))(?=\s|$)", re.IGNORECASE)
+_WORD = re.compile(rb"(\S+)")
+_HEAD_BYTES = 100_000
 MAX_COORDINATE = 1e12
 """Largest coordinate, in the unit of the file."""
 
@@ -57,6 +61,20 @@ def read_solid(path: Path, *, repair: bool = False, shell: float = 0.0) -> Solid
         return mended(path, mesh, fill=repair)
     solid = mended(path, thickened(mesh, shell), fill=repair)
     return replace(solid, repairs=("walls were given their thickness, half on each side", *solid.repairs))
+
+
+def declared_unit(path: Path) -> float:
+    """Return the length of a file's unit [m] where it declares one, as COLLADA may; 1 otherwise.
+
+    A file that can't be read has none.
+    """
+    if path.suffix.lower() != ".dae":
+        return 1.0
+    with contextlib.suppress(FileFormatError, OSError, ValueError), opened_file(path, MAX_MESH_BYTES) as file:
+        found = _UNIT.search(file.read(_HEAD_BYTES))  # the schema has it before everything else
+        if found and 1e-9 <= (unit := float(found[1])) <= 1e9:
+            return unit
+    return 1.0
 
 
 def _read(path: Path) -> trimesh.Trimesh:
@@ -110,10 +128,22 @@ def _no_number(data: bytes) -> str:
     if b"\0" in data[:1000]:
         return ""
     for number, line in enumerate(data.splitlines(), 1):
-        found = _NO_NUMBER.search(line)
+        found = _NO_NUMBER.search(line) or _no_float(line)
         if found:
-            return f"line {number} says {found[1].decode('ascii')}"
+            return f"line {number} says {shown(found[1].decode('utf-8', 'replace'))}"
     return ""
+
+
+def _no_float(line: bytes) -> re.Match[bytes] | None:
+    """Return the first coordinate of a vertex of an OBJ or STL file that can't be read; None if all can."""
+    if not line.lstrip().startswith((b"v ", b"vertex ")):
+        return None
+    for found in list(_WORD.finditer(line))[1:4]:
+        try:
+            float(found[1])
+        except ValueError:
+            return found
+    return None
 
 
 def _cleaned(path: Path, mesh: trimesh.Trimesh, data: bytes) -> trimesh.Trimesh:

@@ -18,6 +18,7 @@ from .base import MASSES, GraspObject, SurfaceSample
 from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid
 from .patches import opposed_patches
 from .triangles import NearestPoints, nearest_points, normal_spread
+from .zone import Zone
 
 if TYPE_CHECKING:
     import trimesh
@@ -36,6 +37,8 @@ class MeshObject(GraspObject):
         loaded: The solid as loaded.
         mass: Mass [kg].
         size: Factor by which the solid is larger than loaded.
+        max_normal_force: Largest normal force of a contact that it bears [N].
+        zones: Where it may be touched, and where not.
     """
 
     kind: ClassVar[str] = "mesh"
@@ -43,38 +46,52 @@ class MeshObject(GraspObject):
     loaded: MeshSolid
     mass: float = DEFAULT_MASS
     size: float = 1.0
+    max_normal_force: float = np.inf
+    zones: tuple[Zone, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.loaded, MeshSolid):
             raise InvalidValueError("object mesh.loaded", self.loaded, "a loaded solid; MeshObject.load reads a file")
         object.__setattr__(self, "mass", positive("object mesh.mass", self.mass, unit="kg", at_most=MASSES[1]))
         object.__setattr__(self, "size", positive("object mesh.size", self.size))
+        limit = self.max_normal_force
+        limit = limit if limit == np.inf else positive("object mesh.max_normal", limit, unit="N")
+        object.__setattr__(self, "max_normal_force", limit)
+        object.__setattr__(self, "zones", tuple(self.zones))
 
     @classmethod
     def load(
         cls,
         path: str | Path,
         *,
-        scale: float = 1.0,
+        scale: float | None = None,
         mass: float | None = None,
         density: float | None = None,
         resolution: float | None = None,
         repair: float = 0,
         shell: float = 0.0,
         com: tuple[float, float, float] | None = None,
+        up: str = "z",
+        max_normal: float | None = None,
+        region: str | None = None,
+        forbid: str | None = None,
         size: float = 1.0,
     ) -> MeshObject:
         """Load an object from a mesh file.
 
         Args:
             path: STL, OBJ, PLY, GLB or DAE file.
-            scale: Factor from the unit of the file to metres.
+            scale: Factor from the unit of the file to metres; None for the unit it declares (COLLADA), or metres.
             mass: Mass [kg]; from the density if that is given, 0.2 without either.
             density: Density [kg/m³].
             resolution: Spacing of the distance grid [m]; see :func:`load_mesh_solid`.
             repair: Whether to close holes of every size (1) or small ones only (0).
             shell: Thickness that the surface is given [m], half on each side: for sheets and open scans.
             com: Centre of mass in the file's frame, before size [m]; None for that of uniform density.
+            up: Axis of the file, x, y or z, that becomes z of its frame.
+            max_normal: Largest normal force of a contact [N], of what is soft or breaks; None for no limit of its own.
+            region: Where alone it may be touched, as :meth:`Zone.parse` reads it; None for anywhere.
+            forbid: Where it may not be touched.
             size: Factor by which the solid is enlarged once it is loaded; its distance grid is scaled with it.
 
         Returns:
@@ -86,10 +103,13 @@ class MeshObject(GraspObject):
         """
         if mass is not None and density is not None:
             raise InvalidValueError("object mesh", "mass and density", "one of the two")
-        loaded = load_mesh_solid(path, scale=scale, resolution=resolution, repair=repair, shell=shell, com=com)
+        zones = [] if region is None else [Zone.parse(region)]
+        zones += [] if forbid is None else [Zone.parse(forbid, allowed=False)]
+        loaded = load_mesh_solid(path, scale=scale, resolution=resolution, repair=repair, shell=shell, com=com, up=up)
         if density is not None:
             mass = positive("object mesh.density", density, unit="kg/m³") * loaded.volume * size**3
-        return cls(loaded, DEFAULT_MASS if mass is None else mass, size)
+        mass, limit = DEFAULT_MASS if mass is None else mass, np.inf if max_normal is None else max_normal
+        return cls(loaded, mass, size, limit, tuple(zones))
 
     @property
     def path(self) -> str:
@@ -142,6 +162,17 @@ class MeshObject(GraspObject):
         """Return the spread of the triangles' normals; see the base class."""
         return normal_spread(self.mesh, points, radius)
 
+    def region(self, points: Array) -> tuple[Array, Array]:
+        """Evaluate how far points are inside the zones that may be touched; see the base class."""
+        if not self.zones:
+            return super().region(points)
+        margins, slopes = zip(*(zone.margins(self._in_file(points)) for zone in self.zones), strict=True)
+        return self.size * np.hstack(margins), np.concatenate(slopes, axis=1)
+
+    def _in_file(self, points: Array) -> Array:
+        """Return points of O in the frame of the file, before the size [m]."""
+        return points / self.size - self.loaded.file_origin
+
     def opposed_patches(self) -> tuple[Array, Array]:
         """Return points between smooth patches that face away from each other; see the base class."""
         return self._patches
@@ -149,7 +180,14 @@ class MeshObject(GraspObject):
     @cached_property
     def _patches(self) -> tuple[Array, Array]:
         """What is found once."""
-        return opposed_patches(self.mesh, self.field)
+        points, across = opposed_patches(self.mesh, self.field)
+        kept = (self.region(points)[0] >= 0.0).all(axis=1)
+        return points[kept], across[kept]
+
+    @property
+    def grasped_in_part(self) -> bool:
+        """Whether only part of it may be touched."""
+        return bool(self.zones)
 
     @property
     def distance_error(self) -> float:
@@ -186,7 +224,8 @@ class MeshObject(GraspObject):
     @classmethod
     def text_keys(cls) -> tuple[str, ...]:
         """Return the keys of the text form: the arguments of :meth:`load`."""
-        return ("path", "scale", "mass", "density", "resolution", "repair", "shell", "com", "size")
+        sizes = ("path", "scale", "mass", "density", "resolution", "repair", "shell", "com")
+        return (*sizes, "up", "max_normal", "region", "forbid", "size")
 
     @classmethod
     def of_values(cls, values: dict[str, Any]) -> MeshObject:
@@ -203,6 +242,11 @@ class MeshObject(GraspObject):
             parts.append(f"size={exact_text(self.size)}")
         if self.loaded.shell:
             parts.append(f"shell={exact_text(self.loaded.shell)}")
+        if self.loaded.up != "z":
+            parts.append(f"up={self.loaded.up}")
+        if self.max_normal_force < np.inf:
+            parts.append(f"max_normal={exact_text(self.max_normal_force)}")
+        parts += [f"{zone.key}={zone.text}" for zone in self.zones]
         if self.loaded.com_given:
             parts.append("com=" + ",".join(exact_text(x) for x in -self.loaded.file_origin))
         return ",".join([*parts, "repair=1"] if self.loaded.repair else parts)

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..checks import finite_array, positive
-from ..exceptions import FileFormatError, InvalidValueError
+from ..exceptions import FileFormatError, InvalidValueError, shown_path
 from ..spatial import Array, Indices, readonly
 from ..values import Value
 from .base import SIZES
 from .distance_grid import DistanceGrid
 from .grid_cache import cached_distance_grid
-from .mesh_file import MeshWarning, read_solid
+from .mesh_file import MeshWarning, declared_unit, read_solid
 from .moments import solid_moments
 
 if TYPE_CHECKING:
@@ -37,6 +37,12 @@ MOST_ERROR, MOST_SHARE = 0.5e-3, 0.01
 """A grid with a larger error than this [m], and than this share of the longest side, is refused unless asked for."""
 MAX_SHELL = 0.1
 """Largest thickness of a wall [m]."""
+UPWARDS = {
+    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+}
+"""Rotations that turn an axis of the file to z."""
 SMALL, LARGE = 0.01, 1.0
 """Longest side of what a hand grasps [m]; outside, the unit is likely wrong."""
 UNITS = {"millimetres": 1e-3, "inches": 0.0254, "centimetres": 1e-2, "metres": 1e3, "micrometres": 1e-6}
@@ -45,7 +51,7 @@ UNITS = {"millimetres": 1e-3, "inches": 0.0254, "centimetres": 1e-2, "metres": 1
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeshSolid(Value):
-    """A solid loaded from a mesh file; its axes are those of the file, its origin is the centre of mass.
+    """A solid loaded from a mesh file; its axes are the file's, turned if so asked, its origin the centre of mass.
 
     Attributes:
         path: The file, as given.
@@ -53,6 +59,7 @@ class MeshSolid(Value):
         resolution: Spacing of the distance grid as asked for [m]; None if it follows from the size.
         repair: Whether holes of every size were to be closed (1) or small ones only (0).
         shell: Thickness that was given to the surface [m]; 0 for none.
+        up: Axis of the file that is z of its frame.
         com_given: Whether the centre of mass was given, and is not that of uniform density.
         vertices: Vertices [m], of shape (n, 3), read-only.
         faces: Their triangles, of shape (m, 3), read-only.
@@ -68,6 +75,7 @@ class MeshSolid(Value):
     resolution: float | None
     repair: float
     shell: float
+    up: str
     com_given: bool
     vertices: Array
     faces: Indices
@@ -107,11 +115,12 @@ class MeshSolid(Value):
 def load_mesh_solid(
     path: str | Path,
     *,
-    scale: float = 1.0,
+    scale: float | None = None,
     resolution: float | None = None,
     repair: float = 0,
     shell: float = 0.0,
     com: tuple[float, float, float] | None = None,
+    up: str = "z",
 ) -> MeshSolid:
     """Load a solid from a mesh file; takes seconds the first time, when its distance grid is built.
 
@@ -120,12 +129,13 @@ def load_mesh_solid(
 
     Args:
         path: STL, OBJ, PLY, GLB or DAE file.
-        scale: Factor from the unit of the file to metres.
+        scale: Factor from the unit of the file to metres; None for the unit it declares (COLLADA), or metres.
         resolution: Spacing of the distance grid [m]; None for a hundredth of the longest side, 0.3 to 1 mm, and
             finer if the distance is not exact to 0.3 mm.
         repair: Whether to close holes of every size (1) or small ones only (0).
         shell: Thickness that the surface is given [m], half on each side; 0 for none.
         com: Centre of mass in the file's frame [m]; None for that of uniform density.
+        up: Axis of the file, x, y or z, that becomes z of its frame: where a file stands upright along another.
 
     Returns:
         The solid.
@@ -135,13 +145,17 @@ def load_mesh_solid(
         FileFormatError: If the file can't be read or is no solid.
     """
     text = str(path)
-    positive("object mesh.scale", scale)
+    source = _checked_path(text)
+    scale = declared_unit(source) if scale is None else positive("object mesh.scale", scale)
+    if up not in UPWARDS:
+        raise InvalidValueError("object mesh.up", up, f"one of {', '.join(UPWARDS)}")
     if repair not in (0, 1):
         raise InvalidValueError("object mesh.repair", repair, "0 or 1")
     shell = positive("object mesh.shell", shell, zero_allowed=True, unit="m", at_most=MAX_SHELL)
-    solid = read_solid(_checked_path(text), repair=bool(repair), shell=shell / scale)
+    solid = read_solid(source, repair=bool(repair), shell=shell / scale)
     mesh = solid.mesh
     mesh.apply_scale(scale)
+    mesh.vertices = np.asarray(mesh.vertices) @ np.array(UPWARDS[up], dtype=float).T
     if not SIZES[0] <= (extent := float(mesh.extents.max())) <= SIZES[1]:
         raise FileFormatError(text, f"is {extent:.3g} m long with this scale, allowed: {SIZES[0]:g} to {SIZES[1]:g} m")
     volume, centre, gyration = solid_moments(mesh, overlapping=solid.overlapping)
@@ -155,6 +169,7 @@ def load_mesh_solid(
         resolution=resolution,
         repair=repair,
         shell=shell,
+        up=up,
         com_given=com is not None,
         vertices=np.array(mesh.vertices, dtype=float),
         faces=np.array(mesh.faces, dtype=np.int64),
@@ -177,7 +192,7 @@ def _distance_grid(path: str, mesh: trimesh.Trimesh, resolution: float | None) -
         reason = f"its distance is exact to {1e3 * grid.error:.2g} mm only, {1e3 * allowed:.2g} mm are allowed"
         raise FileFormatError(path, f"{reason}; resolution={grid.axes.resolution / 2:.1g} is finer")
     if grid.error > TOLERANCE and mesh.extents.max() <= LARGE:
-        message = f"{path}: its distance is exact to {1e3 * grid.error:.2f} mm only (thin or sharp parts)"
+        message = f"{shown_path(path)}: its distance is exact to {1e3 * grid.error:.2f} mm only (thin or sharp parts)"
         warnings.warn(message, MeshWarning, stacklevel=4)
     return grid
 
@@ -193,19 +208,22 @@ def _checked_centre(com: tuple[float, float, float], mesh: trimesh.Trimesh) -> A
 
 def _checked_path(text: str) -> Path:
     """Return the path of a mesh; the text form has to be able to carry it."""
-    if not text or text != text.strip() or any(sign in text for sign in ",=\n\r\0"):
-        raise InvalidValueError("object mesh.path", text, "a file name without comma, equals sign or line break")
+    if not text or text != text.strip() or any(sign in text for sign in "=\n\r\0"):
+        raise InvalidValueError("object mesh.path", text, "a file name without equals sign or line break")
     return Path(text)
 
 
 def _warn(path: str, repairs: tuple[str, ...], size: float, scale: float) -> None:
     """Warn of what was repaired, and of a size no hand can hold, with a guess at the unit."""
     for repair in repairs:
-        warnings.warn(f"{path}: {repair}", MeshWarning, stacklevel=4)
+        warnings.warn(f"{shown_path(path)}: {repair}", MeshWarning, stacklevel=4)
     if SMALL <= size <= LARGE:
         return
-    fitting = [(unit, factor) for unit, factor in UNITS.items() if 3 * SMALL <= size * factor <= LARGE / 2]
-    guess = f"; in {fitting[0][0]}, scale={scale * fitting[0][1]:.6g} would fit" if fitting else ""
-    warnings.warn(
-        f"{path}: its longest side is {size:.3g} m, which is no size for a hand{guess}", MeshWarning, stacklevel=4
-    )
+    fitting = [
+        f"in {unit}, scale={scale * factor:.6g}"
+        for unit, factor in UNITS.items()
+        if 3 * SMALL <= size * factor <= LARGE / 2
+    ]
+    guess = f"; {' or '.join(fitting[:2])} would fit" if fitting else ""
+    message = f"{shown_path(path)}: its longest side is {size:.3g} m, which is no size for a hand{guess}"
+    warnings.warn(message, MeshWarning, stacklevel=4)

@@ -17,8 +17,10 @@ SHAPES: dict[str, type[GraspObject]] = {
 """Shapes by the name used in the text form."""
 
 
-_COM = re.compile(r"(?<=,)\s*com\s*=[^,=]*,[^,=]*,[^,=]*(?=,|$)")
-_BETWEEN = "\0"
+_NEXT = re.compile(r",(?=\s*[A-Za-z_-]+\s*=)")
+"""Commas before a key; others are within a list of numbers, or a file's name."""
+_LISTS, _WORDS = ("com",), ("path", "up", "region", "forbid")
+"""Keys whose value is a list of numbers, or a text."""
 
 
 def parse_object(text: str) -> GraspObject:
@@ -42,28 +44,24 @@ def parse_object(text: str) -> GraspObject:
     shape = SHAPES[kind]
     known = shape.text_keys()
     values: dict[str, Any] = {}
-    for number, part in enumerate(filter(None, _COM.sub(_joined, rest).split(","))):
+    for number, part in enumerate(filter(None, _NEXT.split(rest.rstrip(",")))):
         key, equals, value = (piece.strip() for piece in part.partition("="))
         if "path" in known and number == 0 and not equals:
             key, equals, value = "path", "=", key
+        key = key.replace("-", "_")
         if not equals:
             raise InvalidValueError(f"object {kind}", part, f"key=value with a key out of {', '.join(known)}")
         if key not in known:
             raise NameNotFoundError(f"key of object {kind}", key, known)
         if key in values:
             raise InvalidValueError(f"object {kind}.{key}", part, "a key given once")
-        if key == "com":
-            values[key] = tuple(_number(kind, key, each) for each in value.split(_BETWEEN))
+        if key in _LISTS:
+            values[key] = tuple(_number(kind, key, each) for each in value.split(","))
         else:
-            values[key] = value if key == "path" else _number(kind, key, value)
+            values[key] = value if key in _WORDS else _number(kind, key, value)
     if "path" in known and "path" not in values:
         raise InvalidValueError(f"object {kind}", text, f"{kind}:FILE, for instance {kind}:mug.stl,scale=0.001")
     return shape.of_values(values)
-
-
-def _joined(found: re.Match[str]) -> str:
-    """Return the three numbers of a centre of mass as one entry."""
-    return found[0].replace(",", _BETWEEN)
 
 
 def _number(kind: str, key: str, text: str) -> float:

@@ -76,7 +76,8 @@ def standard_start(problem: GraspProblem) -> GraspStart:
 def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     """Return a random start: the palm somewhere around the object, the posture along the synergies.
 
-    On a wide object with opposed patches, as meshes have, every other start closes on a pair of these.
+    On a wide object with opposed patches, as meshes have, and on one that is touched in part only, every other start
+    closes on a pair of these.
 
     Args:
         problem: The problem.
@@ -87,7 +88,8 @@ def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     """
     extents = problem.grasp_object.half_extents
     points, across = problem.grasp_object.opposed_patches()
-    if np.median(extents) > WIDE and len(points) and rng.random() < ON_PATCHES:
+    in_part = np.median(extents) > WIDE or problem.grasp_object.grasped_in_part
+    if in_part and len(points) and rng.random() < ON_PATCHES:
         chosen = rng.integers(len(points), size=APPROACHES)
         return _start_on(problem, rng, points[chosen], across[chosen])
     long_axis = np.eye(3)[int(np.argmax(extents))]

@@ -251,10 +251,11 @@ class GraspProblem(Value):
 
     @cached_property
     def max_normal_force(self) -> float:
-        """Largest normal force of a contact [N]; infinite without a limit."""
-        if self.loads.max_normal_force is not None:
-            return self.loads.max_normal_force
-        return self.hand.max_normal_force if self.loads.hand_limits else np.inf
+        """Largest normal force of a contact, by load cases or hand, and by the object [N]; infinite without a limit."""
+        limit = self.loads.max_normal_force
+        if limit is None:
+            limit = self.hand.max_normal_force if self.loads.hand_limits else np.inf
+        return min(limit, self.grasp_object.max_normal_force)
 
     @cached_property
     def torque_limits(self) -> Array:

@@ -380,8 +380,9 @@ def test_what_is_no_solid_is_refused(tmp_path, monkeypatch):
         "header.stl": (b"\0" * 80 + struct.pack("<I", 4_000_000_000), "is not a valid STL mesh|no triangles"),
         "text.obj": (b"hello\n", "no triangles|not a valid OBJ"),
         "points.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles|not a valid OBJ"),
-        "nan.obj": (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "line 1 says nan"),
-        "inf.obj": (b"v 0 0 0\nv 1 -inf 0\nv 0 1 0\nf 1 2 3\n", "line 2 says -inf"),
+        "nan.obj": (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "line 1 says 'nan'"),
+        "inf.obj": (b"v 0 0 0\nv 1 -inf 0\nv 0 1 0\nf 1 2 3\n", "line 2 says '-inf'"),
+        "typo.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1,5 0\nf 1 2 3\n", "line 3 says '1,5'"),
         "bomb.dae": (b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "document type or entities"),
         "wide.dae": ('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'.encode("utf-16"), "UTF-8"),
         "cut.glb": (b"glTF\x02\0\0\0", "not a valid GLB"),
@@ -414,7 +415,14 @@ def test_a_hollow_body_is_a_solid(tmp_path):
     assert mesh_file.read_solid(tmp_path / "hollow.ply").repairs == ()
 
 
-@pytest.mark.parametrize(("factor", "guess"), [(1000.0, "millimetres, scale=0.001"), (0.001, "metres, scale=1000")])
+GUESSES = [
+    (1000.0, "; in millimetres, scale=0.001 would fit"),
+    (100.0, "; in inches, scale=0.0254 or in centimetres, scale=0.01 would fit"),
+    (0.001, "; in metres, scale=1000 would fit"),
+]
+
+
+@pytest.mark.parametrize(("factor", "guess"), GUESSES)
 def test_wrong_units_are_guessed(tmp_path, factor, guess):
     path = box(tmp_path, size=tuple(factor * np.array([0.05, 0.06, 0.08])))
     with pytest.warns(MeshWarning, match=guess):

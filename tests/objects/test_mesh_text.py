@@ -1,0 +1,119 @@
+"""What a mesh is told to be, beside its triangles: axes, units, limits of force, zones that may be touched."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+import grasp_planner as gp
+from grasp_planner.objects.zone import Zone
+
+from .helpers import central_differences
+
+COARSE = "resolution=0.004"
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    found = tmp_path_factory.mktemp("text") / "a bar, long.stl"
+    trimesh.creation.box((0.02, 0.03, 0.1)).apply_translation([0.0, 0.0, 0.05]).export(found)
+    return found
+
+
+def test_everything_is_read_back(path):
+    """Names of files with commas, lists of numbers, hyphens of keys."""
+    told = "up=y,max-normal=5,region=box,-1,-1,-1,1,1,1,forbid=sphere,0,0,0,0.01,com=0.001,-0.06,0"
+    thing = gp.parse_object(f"mesh:{path},{COARSE},{told},mass=0.3")
+    assert thing.text.endswith("max_normal=5,region=box,-1,-1,-1,1,1,1,forbid=sphere,0,0,0,0.01,com=0.001,-0.06,0")
+    assert gp.parse_object(thing.text) == thing
+    assert thing != gp.parse_object(f"mesh:{path},{COARSE},mass=0.3")
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "up=w",
+        "max_normal=0",
+        "max_normal=nan",
+        "region=cone,0,0,0",
+        "region=box,0,0,0,1,1",
+        "region=box,0,0,0,1,-1,1",
+        "forbid=sphere,0,0,0,0",
+        "forbid=sphere,0,0,0,a",
+        "region=sphere,0,0,nan,1",
+        "region=",
+        "mass=1,junk",
+    ],
+)
+def test_what_is_no_value_is_one_line(path, wrong):
+    """It names the key."""
+    with pytest.raises(gp.GraspPlannerError, match=wrong.partition("=")[0]) as raised:
+        gp.parse_object(f"mesh:{path},{COARSE},{wrong}")
+    assert len(str(raised.value)) < 200
+
+
+@pytest.mark.parametrize(("up", "size"), [("x", (0.03, 0.1, 0.02)), ("y", (0.02, 0.1, 0.03)), ("z", (0.02, 0.03, 0.1))])
+def test_another_axis_may_be_up(path, up, size):
+    """It becomes z; nothing is mirrored."""
+    thing = gp.MeshObject.load(path, up=up, resolution=0.004)
+    np.testing.assert_allclose(2 * thing.half_extents, size, atol=1e-9)
+    assert thing.loaded.volume == pytest.approx(0.02 * 0.03 * 0.1)
+    was_low = {"x": [0.0, -0.05, 0.0], "y": [0.0, 0.05, 0.0], "z": [0.0, 0.0, -0.05]}[up]
+    np.testing.assert_allclose(thing.file_origin, was_low, atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", ['name="inch" meter="0.0254"', "meter='0.0254'"])
+def test_a_declared_unit_is_used(tmp_path, unit):
+    """Of COLLADA; a scale that is given takes its place."""
+    box = trimesh.creation.box((1.0, 2.0, 4.0)).export(file_type="dae")
+    (tmp_path / "inch.dae").write_bytes(box.replace(b"<up_axis>", f"<unit {unit}/><up_axis>".encode()))
+    thing = gp.MeshObject.load(tmp_path / "inch.dae", resolution=0.004)
+    np.testing.assert_allclose(2 * thing.half_extents, [0.0254, 0.0508, 0.1016])
+    assert gp.parse_object(thing.text) == thing
+    assert 2 * gp.MeshObject.load(tmp_path / "inch.dae", scale=0.01, resolution=0.004).half_extents[2] == 0.04
+
+
+def test_what_is_soft_limits_the_force_of_a_contact(path):
+    """The smaller limit counts."""
+    hand = gp.load_hand("dlr_hit_ii_right")
+    cup = gp.MeshObject.load(path, resolution=0.004, max_normal=2.0)
+    assert gp.GraspProblem(hand, cup).max_normal_force == 2.0
+    assert gp.GraspProblem(hand, cup, loads=gp.LoadCases(max_normal_force=1.0)).max_normal_force == 1.0
+    hard = gp.GraspProblem(hand, gp.MeshObject.load(path, resolution=0.004))
+    assert hard.max_normal_force == hand.max_normal_force
+
+
+@pytest.mark.parametrize("text", ["box,-0.02,-0.01,0,0.03,0.01,0.05", "sphere,0.01,0,0.02,0.03"])
+@pytest.mark.parametrize("allowed", [True, False])
+def test_margins_of_zones(text, allowed):
+    """Positive on the right side, zero on the border, slopes by differences."""
+    zone, rng = Zone.parse(text, allowed), np.random.default_rng(0)
+    points = rng.uniform([-0.04, -0.03, -0.02], [0.05, 0.03, 0.07], (200, 3))
+    margins, slopes = zone.margins(points)
+    numbers = zone.numbers
+    if zone.shape == "box":
+        inside = ((points > numbers[:3]) & (points < numbers[3:])).all(axis=1)
+        nearest = np.clip(points, numbers[:3], numbers[3:])
+        distance = np.linalg.norm(points - nearest, axis=1)
+    else:
+        distance = np.linalg.norm(points - numbers[:3], axis=1) - numbers[3]
+        inside = distance < 0.0
+    assert 5 < inside.sum() < 195
+    assert ((margins >= 0.0).all(axis=1) == (inside == allowed)).all()
+    if not allowed:
+        np.testing.assert_allclose(margins[~inside, 0], distance[~inside], atol=1e-12)
+    expected = [central_differences(lambda p: zone.margins(p[None])[0][0], point, 1e-7) for point in points]
+    np.testing.assert_allclose(slopes, expected, atol=1e-6)
+
+
+def test_zones_follow_file_and_size(path):
+    """They are given in the frame of the file, and grow with the object."""
+    thing = gp.MeshObject.load(path, region="box,-1,-1,0.06,1,1,1", resolution=0.004, size=2.0)
+    points = np.array([[0.0, 0.0, 0.021], [0.0, 0.0, 0.019]])  # the middle is at 0.05 of the file
+    margins, slopes = thing.region(points)
+    np.testing.assert_allclose(margins.min(axis=1), [0.001, -0.001], atol=1e-8)
+    assert slopes.shape == (2, 6, 3)
+    points, across = thing.opposed_patches()
+    assert len(points) > 20 and len(across) == len(points)
+    assert (points[:, 2] >= 0.02).all()
