@@ -40,6 +40,10 @@ READY = "() => window.__viserMutable && window.__viserMutable.nodeRefFromName['/
 SCROLL = """(share) => document.querySelectorAll('[class*=ScrollArea-viewport], div').forEach(e => {
   if (e.scrollHeight > e.clientHeight + 40 && e.clientHeight > 300) e.scrollTop = share * e.scrollHeight;
 })"""
+CLEAN = (
+    """() => document.querySelectorAll("[class*='Notification-root']").forEach(e => { e.style.display = 'none'; })"""
+)
+"""Hides notes such as that on software rendering, which no person sees."""
 SPEC = {
     "defaults": {"object": "cylinder", "starts": 8, "enough": 1},
     "blocks": [{"product": {"object.radius": [0.025, 0.03], "task": ["force:+y", "force:+x"], "n_synergies": [8, 15]}}],
@@ -61,10 +65,8 @@ class Camera:
             self.page.wait_for_timeout(2500)
         self.page.evaluate(SCROLL, scroll)
         self.page.wait_for_timeout(300)
-        toast = self.page.get_by_text("Software WebGL rendering")
-        if toast.count():
-            toast.first.locator("xpath=ancestor::div[contains(@class,'Notification-root')]").locator("button").click()
-            self.page.wait_for_timeout(800)
+        self.page.evaluate(CLEAN)
+        self.page.wait_for_timeout(200)
         path = self.folder / f"viewer_{name}.png"
         picture = Image.open(io.BytesIO(self.page.screenshot())).convert("RGB")
         few = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3)
@@ -164,6 +166,18 @@ def show_drawings(camera: Camera) -> None:
     camera.take("share", tab="Share")
 
 
+def show_layouts(camera: Camera) -> None:
+    """Take the page in the dark, in a small window and on a phone."""
+    dark = camera.viewer.display.dark
+    dark.value = True
+    camera.take("dark", tab="Synergies")
+    dark.value = False
+    for name, width, height in (("small", 800, 600), ("phone", 390, 844)):
+        camera.page.set_viewport_size({"width": width, "height": height})
+        camera.take(name, tab="Grasp")
+    camera.page.set_viewport_size(SIZE)
+
+
 def open_page(page: Page, viewer: GraspViewer) -> None:
     """Open the page and wait until it is drawn."""
     viewer.worker.drain(60.0)
@@ -177,7 +191,7 @@ def take_viewer(page: Page, folder: Path, temporary: Path) -> None:
     first = viewer.session.grasp
     open_page(page, viewer)
     camera = Camera(page, viewer, folder)
-    for show in (show_grasp, show_synergies, show_push, show_drawings, show_plan, show_preset):
+    for show in (show_grasp, show_synergies, show_push, show_drawings, show_layouts, show_plan, show_preset):
         show(camera)
         viewer.worker.drain(60.0)
     exported = temporary / "grasp.html"

@@ -16,11 +16,11 @@ from .state_link import LinkedState, is_state, parse_state
 FORGET = "window.history.replaceState(null, '', window.location.pathname);"
 """Has a page forget the link it came by, so that loading it again does not undo what was done since."""
 COPY = """(async () => {
-  const link = window.location.origin + window.location.pathname + '?' + QUERY;
-  try { await navigator.clipboard.writeText(link); }
+  const text = TEXT;
+  try { await navigator.clipboard.writeText(text); }
   catch (error) {
     const field = document.createElement('textarea');
-    field.value = link;
+    field.value = text;
     document.body.appendChild(field);
     field.select();
     document.execCommand('copy');
@@ -83,5 +83,16 @@ class PageLinks:
 
 def copy_link(client: viser.ClientHandle, query: str) -> None:
     """Have a page put a link with a query on the clipboard; the address is that by which the page itself was opened."""
-    send_script(client, COPY.replace("QUERY", json.dumps(query)))
+    _copy(client, f"window.location.origin + window.location.pathname + '?' + {json.dumps(query)}")
     client.add_notification("Link copied", "It opens this in any running viewer at the same address.", color="green")
+
+
+def copy_text(client: viser.ClientHandle, text: str) -> None:
+    """Have a page put a text on the clipboard."""
+    _copy(client, json.dumps(text))
+    client.add_notification("Copied", text.partition("\n")[0][:80], color="green", auto_close_seconds=3.0)
+
+
+def _copy(client: viser.ClientHandle, expression: str) -> None:
+    """Have a page put what an expression of its script gives on the clipboard."""
+    send_script(client, COPY.replace("TEXT", expression, 1))

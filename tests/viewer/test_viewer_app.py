@@ -11,6 +11,7 @@ import grasp_planner as gp
 from grasp_planner.drawing import look
 from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.viewer.panels.chapters import ABOUT, CHAPTERS
+from grasp_planner.viewer.scene.colours import instance_colours
 from grasp_planner.viewer.scene.draw_grasp import DisplayOptions, GraspDrawing
 from grasp_planner.viewer.server import LocalServer
 from grasp_planner.viewer.verdict_card import headline
@@ -233,14 +234,22 @@ def test_clicking_shows_the_numbers_of_contacts_and_links(viewer):
     settle(viewer)
     assert "Contact index" in viewer.grasp_panel._selected.content
     colours = viewer.picture._grasp.contact_handle.batched_colors
-    assert (np.asarray(colours[1]) == look.SELECTED).all()
-    assert (np.asarray(colours[0]) == look.CONTACT).all()
+    assert (np.asarray(colours[1]) == instance_colours(look.SELECTED)).all()
+    assert (np.asarray(colours[0]) == instance_colours(look.CONTACT)).all()
     viewer.picture.clicked(("link", "index_medial"))
     settle(viewer)
     assert "index_pip" in viewer.grasp_panel._selected.content
-    assert (np.asarray(viewer.picture._grasp.contact_handle.batched_colors) == look.CONTACT).all()
+    assert (np.asarray(viewer.picture._grasp.contact_handle.batched_colors) == instance_colours(look.CONTACT)).all()
     painted = [mesh.color for name, mesh in viewer.picture._hand.meshes.items() if "index_medial" in name]
     assert look.SELECTED in [tuple(colour) for colour in painted]
+
+
+def test_colours_of_copies_are_linear_light():
+    # What the screen makes of linear light, by the inverse transfer function, is the colour that was meant.
+    shares = instance_colours([look.FORCE, look.TASK, look.CONTACT]) / 255.0
+    again = np.where(shares <= 0.0031308, 12.92 * shares, 1.055 * shares ** (1 / 2.4) - 0.055)
+    assert 255.0 * again == pytest.approx(np.array([look.FORCE, look.TASK, look.CONTACT]), abs=7.0)
+    assert instance_colours((0, 255, 255)).tolist() == [0, 255, 255]
 
 
 def test_fingers_and_fingertips_have_their_colours(viewer):

@@ -87,7 +87,10 @@ def test_files_go_in_and_out(page, viewer, tmp_path):
 def test_a_copied_link_opens_what_was_shown(page, viewer, grasp):
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.tab("Share")
-    page.button("Copy link").click()
+    page.button("command").click()
+    page.page.get_by_text("Copied", exact=True).wait_for()
+    assert page.page.evaluate("navigator.clipboard.readText()").startswith("grasp-planner plan --hand")
+    page.button("link").click()
     page.page.get_by_text("Link copied").wait_for()
     link = page.page.evaluate("navigator.clipboard.readText()")
     assert link.startswith(f"{viewer.url}/?hand=")

@@ -17,13 +17,14 @@ from ...records.grasp_files import grasp_json, parse_grasp_record
 from ...records.grasp_record import grasp_from_record
 from ..equivalent import command_text, python_text, what_is_lost
 from ..export import grasp_html
-from ..page_links import copy_link
+from ..page_links import copy_link, copy_text
 from ..session import Session
 from ..state_link import state_query
 
 PICTURE_SIZE = (1080, 1440)
 """Height and width of a saved picture."""
 
+LINK, COMMAND, PYTHON = "link", "command", "Python"
 Later = Callable[..., None]
 
 
@@ -49,14 +50,16 @@ class SharePanel:
             "The **JSON** file is what `grasp-planner` writes and reads. The **HTML** file holds the grasp, its "
             "closing animation and its numbers; it needs neither network nor server."
         )
-        self.link = gui.add_button("Copy link", icon=viser.Icon.LINK, hint="Opens this problem, search and posture")
+        self.copy = gui.add_button_group(
+            "Copy", (LINK, COMMAND, PYTHON), hint="The link opens this problem, search and posture; the others plan it"
+        )
         with gui.add_folder("The same as a command, and in Python"):
             self._same = gui.add_markdown("")
         self.upload.on_upload(lambda event: self._open(event.client, self.upload.value.content))
         self.json.on_click(lambda event: self._send(event.client, "grasp.json", self._json))
         self.html.on_click(lambda event: self._send(event.client, "grasp.html", self._html))
         self.png.on_click(lambda event: self._picture(event.client))
-        self.link.on_click(lambda event: self._copy(event.client))
+        self.copy.on_click(lambda event: self._copy(event.client, str(self.copy.value)))
 
     def query(self) -> str:
         """Return the query of a link that opens what is shown.
@@ -109,10 +112,21 @@ class SharePanel:
 
         self._later(work)
 
-    def _copy(self, client: viser.ClientHandle | None) -> None:
-        """Have the worker make a link and put it on the clipboard of whoever asked for it."""
+    def _copy(self, client: viser.ClientHandle | None, what: str) -> None:
+        """Have the worker put a link, the command or the Python on the clipboard of whoever asked for it."""
+
+        def work() -> None:
+            options, seed, count = self._search
+            problem = self._session.problem
+            if what == LINK:
+                copy_link(client, self.query())
+            elif what == COMMAND:
+                copy_text(client, command_text(problem, options, seed, count))
+            else:
+                copy_text(client, python_text(problem, seed, count))
+
         if client is not None:
-            self._later(lambda: copy_link(client, self.query()))
+            self._later(work)
 
     def _json(self) -> bytes:
         """Return the grasp as JSON."""

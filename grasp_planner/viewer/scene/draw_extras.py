@@ -18,6 +18,7 @@ from ...grasp.grasp import Grasp
 from ...model.grasp_ellipsoids import stiffness_ellipsoid
 from ...spatial import Array
 from .clearances import closest_lines
+from .colours import instance_colours
 from .draw_grasp import ROOT, DisplayOptions
 from .margin import MarginDrawing
 
@@ -43,7 +44,12 @@ class TorqueDrawing:
     def __init__(self, scene: viser.SceneApi) -> None:
         none = np.zeros((1, 2, 3), np.float32)
         self._torques = scene.add_arrows(
-            f"{ROOT}/torques", none, look.TORQUE, shaft_radius=0.0014, head_radius=0.0034, head_length=0.006
+            f"{ROOT}/torques",
+            none,
+            instance_colours(look.TORQUE),
+            shaft_radius=0.0014,
+            head_radius=0.0034,
+            head_length=0.006,
         )
 
     def draw(self, grasp: Grasp, options: DisplayOptions, *, in_contact: bool) -> None:

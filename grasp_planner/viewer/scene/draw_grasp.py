@@ -20,6 +20,7 @@ from ...problem.problem import GraspProblem
 from ...spatial import Array, Pose, rotation_between
 from ..live import contact_share
 from ..push import PushedGrasp
+from .colours import instance_colours
 from .draw_hand import place
 
 ROOT = "/object"
@@ -111,7 +112,7 @@ class GraspDrawing:
         share = contact_share(grasp)
         forces = self._forces_of(grasp) * share if pushed is None else pushed.forces
         colours = np.tile(look.FORCE, (len(forces), 1)) if pushed is None else pushed.colours
-        self._forces.colors = np.asarray(colours, dtype=np.uint8)
+        self._forces.colors = instance_colours(colours)
         self._draw_forces(grasp, forces, options, touching=share > 0.0)
         self._draw_task(grasp, options)
         self._draw_ellipsoids(grasp, options)
@@ -127,7 +128,7 @@ class GraspDrawing:
             colours = np.tile(look.CONTACT, (len(self.problem.frames), 1))
             if 0 <= contact < len(colours):
                 colours[contact] = look.SELECTED
-            self.contact_handle.batched_colors = colours.astype(np.uint8)
+            self.contact_handle.batched_colors = instance_colours(colours)
 
     def _add_contacts(self) -> None:
         """Add dots, labels and friction cones."""
@@ -140,7 +141,7 @@ class GraspDrawing:
             np.array(ball.faces),
             turned,
             still,
-            batched_colors=np.tile(look.CONTACT, (n_c, 1)).astype(np.uint8),
+            batched_colors=instance_colours(np.tile(look.CONTACT, (n_c, 1))),
             cast_shadow=False,
         )
         friction = self.problem.friction if self.problem.contact_model.has_friction else np.zeros(n_c)
@@ -153,7 +154,7 @@ class GraspDrawing:
             turned,
             still,
             batched_scales=np.column_stack([width, width, np.ones(n_c)]).astype(np.float32),
-            batched_colors=np.tile(look.CONE_GOOD, (n_c, 1)).astype(np.uint8),
+            batched_colors=instance_colours(np.tile(look.CONE_GOOD, (n_c, 1))),
             opacity=look.CONE_OPACITY,
             side="double",
             cast_shadow=False,
@@ -173,7 +174,7 @@ class GraspDrawing:
             return self._scene.add_arrows(
                 f"{ROOT}/{name}",
                 np.zeros((number, 2, 3), np.float32),
-                colour,
+                instance_colours(colour),
                 shaft_radius=thickness,
                 head_radius=2.4 * thickness,
                 head_length=5.0 * thickness,
@@ -200,7 +201,7 @@ class GraspDrawing:
         self._cones.batched_wxyzs = np.array([_wxyz(turn) for turn in turns], dtype=np.float32)
         if touching:
             good = grasp.friction_margins >= -1e-6
-            self._cones.batched_colors = np.where(good[:, None], look.CONE_GOOD, look.CONE_BAD).astype(np.uint8)
+            self._cones.batched_colors = instance_colours(np.where(good[:, None], look.CONE_GOOD, look.CONE_BAD))
         self._cones.visible = options.cones and touching
         self._forces.points = _segments(points, points + _arrow(forces, options.force_scale))
         self._forces.visible = options.forces and touching

@@ -11,6 +11,7 @@ import viser
 from ...drawing import look
 from ...grasp.grasp import Grasp
 from ..push import PUSH_BEGINS, PUSH_SCALE, PushedGrasp, push_arrow
+from .colours import instance_colours
 from .draw_grasp import ROOT
 
 
@@ -24,7 +25,7 @@ class PushDrawing:
     def __init__(self, scene: viser.SceneApi) -> None:
         none = np.zeros((1, 2, 3), np.float32)
         self._arrow = scene.add_arrows(
-            f"{ROOT}/push", none, look.PUSH, shaft_radius=0.0024, head_radius=0.006, head_length=0.012
+            f"{ROOT}/push", none, instance_colours(look.PUSH), shaft_radius=0.0024, head_radius=0.006, head_length=0.012
         )
         self.handle = scene.add_icosphere(f"{ROOT}/push_ball", radius=0.007, color=look.PUSH)
         self._held = scene.add_icosphere(

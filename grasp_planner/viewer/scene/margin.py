@@ -9,6 +9,7 @@ import viser
 
 from ...grasp.grasp import Grasp
 from ...spatial import Array
+from .colours import instance_colours
 from .draw_grasp import ROOT
 
 COLOUR = (160, 32, 100)
@@ -38,7 +39,7 @@ class MarginDrawing:
     def __init__(self, scene: viser.SceneApi) -> None:
         none = np.zeros((1, 2, 3), np.float32)
         self._arrow = scene.add_arrows(
-            f"{ROOT}/margin", none, COLOUR, shaft_radius=0.0016, head_radius=0.004, head_length=0.008
+            f"{ROOT}/margin", none, instance_colours(COLOUR), shaft_radius=0.0016, head_radius=0.004, head_length=0.008
         )
         self._arrow.visible = False
 
