@@ -17,14 +17,14 @@ from .first_grasp import first_grasp
 from .gallery import Gallery
 from .handles import connect_handles
 from .ladder_card import LadderCard
-from .narrow_script import narrow_script
 from .page_links import PageLinks
-from .page_script import page_script, send_script
+from .page_script import send_script
 from .palette import add_commands
 from .panels.changes import ChangesPanel
 from .panels.chapters import COMPARE, GRASP, PLAN, SYNERGIES, TASK, WHY
 from .panels.compare import ComparePanel
 from .panels.display import DisplayPanel
+from .panels.from_files import FromFilesPanel
 from .panels.grasp import GraspPanel
 from .panels.guide import add_guide
 from .panels.plan import PlanPanel
@@ -41,10 +41,10 @@ from .push_control import PushControl
 from .run_control import RunControl
 from .scene.draw_grasp import fitting_scale
 from .scene.picture3d import Picture
+from .scripts import page_scripts
 from .server import LocalServer
 from .session import Session
 from .state_link import LinkedState
-from .tour import tour_script
 from .worker import Worker
 
 if TYPE_CHECKING:
@@ -116,9 +116,8 @@ class GraspViewer:
             self.run = RunControl(self.session, rows, self.run_panel, self.animator.stop, self.picture.aim)
         self.edits = ProblemEdits(self.session, self.problem, self.synergies, self.animator.stop)
         self._connect()
-        send_script(self.server, page_script("Grasp viewer"))
-        send_script(self.server, narrow_script())
-        send_script(self.server, tour_script())
+        for script in page_scripts("Grasp viewer"):
+            send_script(self.server, script)
         self.worker.submit(lambda: None)
 
     @property
@@ -133,6 +132,7 @@ class GraspViewer:
             gallery.stop()
         self.worker.stop()
         self.server.stop()
+        self.files.uploads.close()
 
     def _build_page(self, rows: RunRows | None) -> None:
         """Add all widgets."""
@@ -159,6 +159,7 @@ class GraspViewer:
                 lambda: self._later(self.session.mark_dirty, "search"),
                 lambda rank: self._later(lambda: self.control.choose(rank)),
             )
+            self.files = FromFilesPanel(self.server)
             with gui.add_form(None) as form:
                 changed = partial(self._later, self._problem_changed, "problem")
                 self.problem = ProblemPanel(gui, changed, self.task.form)
@@ -191,15 +192,14 @@ class GraspViewer:
 
         for widget in (panel.automatic, panel.squeeze):
             widget.on_update(lambda _: self._later(squeeze, "squeeze"))
-        picture = self.picture
-        connect_handles(picture, session, (panel.move_hand, panel.move_object), self._later)
-        picture.clicked = lambda what: self._later(lambda: session.select(what))
+        connect_handles(self.picture, session, (panel.move_hand, panel.move_object), self._later)
+        self.picture.clicked = lambda what: self._later(lambda: session.select(what))
         pushes = PushControl(session, self.why)
         self.why.connect(session, pushes.apply, self._later)
-        picture.push_dragged = lambda point: self._later(lambda: pushes.drag(point), "push")
+        self.picture.push_dragged = lambda point: self._later(lambda: pushes.drag(point), "push")
         panel.story.on_update(lambda _: self._later(lambda: self.animator.tell(panel.story.value), "story"))
-        picture.task_dragged = lambda point: self._later(lambda: self.edits.turn_task(point), "task")
-        self.display.dark.on_update(lambda _: self.server.set_dark(self.display.dark.value))
+        self.picture.task_dragged = lambda point: self._later(lambda: self.edits.turn_task(point), "task")
+        self.display.on_dark(self.server.set_dark, self.picture.set_dark)
         self.display.look.on_click(lambda event: self._look(event.client))
         self.grasp_panel.play.on_click(lambda _: self._later(self.animator.play))
         compare = self.compare
@@ -213,6 +213,7 @@ class GraspViewer:
         self.plan.browse.on_click(lambda _: self._later(self.control.browse))
         if self.run is not None:
             self.run.connect(self._later)
+        self.files.connect(self.edits, self._later, lambda: self._look(None))
         self.links = PageLinks(self.server, self.run, self._later, self._open_state)
         add_commands(
             self.server.gui,

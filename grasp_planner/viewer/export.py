@@ -9,6 +9,7 @@ from pathlib import Path
 from ..files.writing import write_text
 from ..grasp.grasp import Grasp
 from .export_text import export_overlay
+from .glossary_script import glossary_script
 from .narrow_script import narrow_script
 from .opening import approach
 from .scene.draw_grasp import DisplayOptions, fitting_scale
@@ -33,7 +34,7 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
         title: Heading; the hand and the object if left out.
 
     Returns:
-        The HTML text, about 1.3 MB; it loads nothing from anywhere.
+        The HTML text, about 1 MB; it loads nothing from anywhere.
     """
     heading = title or f"{grasp.problem.hand.description.title or grasp.problem.hand.name}"
     server = LocalServer()
@@ -61,7 +62,8 @@ def grasp_html(grasp: Grasp, title: str | None = None) -> str:
         server.stop()
     overlay = export_overlay(grasp, heading)
     end = page.rindex("</body>")
-    return f"{page[:end]}{overlay}<script>{narrow_script()}</script>{page[end:]}"
+    scripts = "".join(f"<script>{script}</script>" for script in (narrow_script(), glossary_script()))
+    return f"{page[:end]}{overlay}{scripts}{page[end:]}"
 
 
 def export_html(grasp: Grasp, path: Path, title: str | None = None) -> None:

@@ -39,7 +39,7 @@ def export_overlay(grasp: Grasp, title: str) -> str:
     paragraphs = "".join(f"<p>{_inline(part)}</p>" for part in story(grasp).split("\n\n"))
     return (
         f"<style>{STYLE}</style><details id='grasp-numbers' open><summary>{html.escape(title)}</summary>"
-        f"<p style='overflow-wrap:anywhere'>{html.escape(grasp.problem.grasp_object.text)}<br>"
+        f"<p style='overflow-wrap:break-word'>{html.escape(grasp.problem.grasp_object.text).replace(',', ',<wbr>')}<br>"
         f"task {tasks} · {grasp.problem.n_synergies} synergies · "
         f"μ = {text_of_numbers(grasp.problem.parameters.friction)}</p>"
         f"{verdict_card(grasp)}{LEGEND}{paragraphs}"

@@ -17,7 +17,8 @@ SCRIPT = """(() => {
   if (window.graspViewerWatch) return;
   const style = document.createElement('style');
   style.textContent = 'button:has(> .tabler-icon-adjustments), button:has(.tabler-icon-adjustments) {display: none}' +
-    'pre, pre code {white-space: pre-wrap !important; overflow-wrap: anywhere} ' +
+    '[data-mantine-color-scheme=dark] [data-model] :is(b, div:first-child) ' +
+    '{filter: brightness(1.5)} pre, pre code {white-space: pre-wrap !important; overflow-wrap: anywhere} ' +
     '#connection-note {position: fixed; left: 50%; top: 12px; transform: translateX(-50%); z-index: 9999; ' +
     'padding: 10px 16px; border-radius: 10px; font: 600 14px system-ui, sans-serif; color: #fff; max-width: 90vw}';
   document.head.appendChild(style);

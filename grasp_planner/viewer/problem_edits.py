@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
+from ..hand.loading import LoadedHand
+from ..objects import GraspObject, parse_object
 from ..planning.starts import standard_start
+from ..problem.problem import GraspProblem
 from ..spatial import Array
 from .panels.problem import ProblemPanel
 from .panels.synergies import SynergyPanel
 from .panels.widgets import FieldError, set_value
 from .session import Session
+
+OF_THE_HAND = ("n_synergies", "synergy_set", "contact_set", "contacts", "synergy_space")
+"""Fields of a problem that a new hand gives anew."""
 
 
 class ProblemEdits:
@@ -38,17 +45,36 @@ class ProblemEdits:
         except FieldError:
             return False  # the field says what is wrong with it, and keeps what was typed
         notes = self._panel.notes
-        self._stop_animation()
         if problem.hand is not before.hand or problem.grasp_object.kind != before.grasp_object.kind:
-            start = standard_start(problem)
-            grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
-            self._session.show(grasp, "; ".join(["not planned yet", *notes]))
+            self._begin(problem, notes)
             return True
+        self._stop_animation()
         same_contacts = (problem.contact_set, problem.contacts) == (before.contact_set, before.contacts)
         self._session.set_problem(problem, by_widgets=same_contacts and not notes)
         if notes:
             self._session.note = "; ".join(notes)
         return False
+
+    def take_object(self, grasp_object: GraspObject, notes: Sequence[str]) -> None:
+        """Change the object to one from a file, with what is to be said of it."""
+        self._begin(replace(self._session.problem, grasp_object=grasp_object), notes)
+
+    def take_hand(self, loaded: LoadedHand) -> None:
+        """Change the hand to one from a file; it brings its own synergies, contacts and an object in size."""
+        before = self._session.problem
+        changes: dict[str, Any] = dict.fromkeys(OF_THE_HAND) | {
+            "hand": loaded.hand,
+            "grasp_object": parse_object(loaded.first_object) if loaded.first_object else before.grasp_object,
+            "parameters": before.parameters.without_hand(before.hand),
+        }
+        self._begin(replace(before, **changes), loaded.hand.findings)
+
+    def _begin(self, problem: GraspProblem, notes: Sequence[str]) -> None:
+        """Show the hand in front of the object, not planned yet."""
+        self._stop_animation()
+        start = standard_start(problem)
+        grasp = Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+        self._session.show(grasp, "; ".join(["not planned yet", *notes]))
 
     def take_count(self) -> None:
         """Change the number of synergies; the widget goes back where that can't be."""

@@ -7,7 +7,6 @@ import hashlib
 import inspect
 import io
 import logging
-import math
 import re
 import secrets
 import threading
@@ -22,10 +21,9 @@ from viser import _messages as messages
 
 from ..exceptions import InvalidValueError
 from ..records.grasp_files import MAX_RECORD_BYTES
+from .widget_values import in_bounds
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
-MAX_TEXT = 2000
-"""Longest text a widget accepts."""
 MAX_UPLOADS = 4
 """Most uploads under way at once."""
 MAX_PARTS = 64
@@ -41,6 +39,7 @@ class LocalServer(viser.ViserServer):
     Widget values are cut to the range of their widget before anyone sees them; uploads are limited in size.
 
     Attributes:
+        upload_limits: Largest upload of a button [bytes], by its id; that of a grasp file where it is not here.
         page_asked: Called with the query of the address (such as ``?row=3``) when a person opens the page; from the
             thread of the network.
     """
@@ -63,6 +62,7 @@ class LocalServer(viser.ViserServer):
             raise InvalidValueError("host", host, "127.0.0.1 unless --allow-remote is given")
         hosts = [*LOOPBACK, host]
         self.page_asked: Callable[[dict[str, str]], None] = lambda _: None
+        self.upload_limits: dict[str, int] = {}
         self._corrected: set[str] = set()
         self.token = secrets.token_urlsafe(24) if token or host not in LOOPBACK else ""
         any_host = host in ("0.0.0.0", "::")
@@ -128,7 +128,7 @@ class LocalServer(viser.ViserServer):
         async def handle(client_id: Any, message: Any) -> None:
             if not check(message):
                 if kind is messages.FileTransferStartUpload:
-                    self._say_refused(client_id)
+                    self._say_refused(client_id, message)
                 return
             for handler in inner:
                 result = handler(client_id, message)
@@ -158,13 +158,17 @@ class LocalServer(viser.ViserServer):
         if not (isinstance(size, int) and isinstance(parts, int)):
             return False
         under_way = len(self.gui._current_file_upload_states)
-        return 0 <= size <= MAX_RECORD_BYTES and 0 <= parts <= MAX_PARTS and under_way < MAX_UPLOADS
+        return 0 <= size <= self._limit(message) and 0 <= parts <= MAX_PARTS and under_way < MAX_UPLOADS
 
-    def _say_refused(self, client_id: Any) -> None:
+    def _limit(self, message: Any) -> int:
+        """Return the largest upload of the button that a message is about [bytes]."""
+        return self.upload_limits.get(message.source_component_uuid, MAX_RECORD_BYTES)
+
+    def _say_refused(self, client_id: Any, message: Any) -> None:
         """Tell who began an upload why it goes nowhere."""
         client = self.get_clients().get(client_id)
         if client is not None:
-            text = f"At most {MAX_RECORD_BYTES // 1_000_000} MB, and {MAX_UPLOADS} files at once."
+            text = f"At most {self._limit(message) // 1_000_000} MB, and {MAX_UPLOADS} files at once."
             client.add_notification("The upload is refused", text, color="red")
 
     def _checked_part(self, message: Any) -> bool:
@@ -172,53 +176,10 @@ class LocalServer(viser.ViserServer):
         state: Any = self.gui._current_file_upload_states.get(message.transfer_uuid)
         if state is None or not isinstance(message.content, bytes):
             return False
-        if state["transferred_bytes"] + len(message.content) > MAX_RECORD_BYTES:
+        if state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
             self.gui._current_file_upload_states.pop(message.transfer_uuid, None)
             return False
         return True
-
-
-def in_bounds(handle: Any, value: Any) -> Any:
-    """Return the value for a widget, made to fit: numbers within its range, texts not too long.
-
-    Args:
-        handle: The widget.
-        value: What the page sent.
-
-    Raises:
-        TypeError, ValueError: If it is not such a value at all.
-    """
-    present = handle.value
-    if isinstance(present, bool):
-        if not isinstance(value, bool):
-            raise TypeError(value)
-        return value
-    if isinstance(present, int | float):
-        return _number(value, getattr(handle, "min", None), getattr(handle, "max", None))
-    if isinstance(present, tuple):
-        if not isinstance(value, list | tuple) or len(value) != len(present):
-            raise ValueError(value)
-        low, high = getattr(handle, "min", None), getattr(handle, "max", None)
-        return tuple(
-            _number(entry, low[i] if low is not None else None, high[i] if high is not None else None)
-            for i, entry in enumerate(value)
-        )
-    if isinstance(present, str):
-        if not isinstance(value, str):
-            raise TypeError(value)
-        options = getattr(handle, "options", None)
-        if options is not None and value not in options:
-            raise ValueError(value)
-        return value[:MAX_TEXT]
-    raise TypeError(type(present))
-
-
-def _number(value: Any, low: float | None, high: float | None) -> float:
-    """Return a finite number within a range."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(value)
-    value = max(value, -1e12 if low is None else low)
-    return min(value, 1e12 if high is None else high)
 
 
 async def _wait(result: Awaitable[Any]) -> None:
@@ -290,7 +251,7 @@ def _cookie_name(token: str) -> str:
 
 def _knows(request: Any, token: str) -> bool:
     """Return whether a request has the token, in its address or its cookie."""
-    given = [value for key, value in parse_qsl(urlsplit(request.path).query[:MAX_TEXT]) if key == "token"]
+    given = [value for key, value in parse_qsl(urlsplit(request.path).query) if key == "token"]
     with contextlib.suppress(CookieError):
         for text in request.headers.get_all("Cookie"):
             found = SimpleCookie(text).get(_cookie_name(token))

@@ -134,7 +134,7 @@ def task_story(grasp: Grasp) -> str:
 
 def contact_table(grasp: Grasp, *, in_contact: bool = True) -> str:
     """Return the table of all contacts (Markdown)."""
-    rows = ["| contact | gap mm | f_n N | margin N |", "|---|--:|--:|--:|"]
+    rows = ["| contact | gap mm | f_n N | friction margin N |", "|---|--:|--:|--:|"]
     for i, frame in enumerate(grasp.problem.frames):
         gap = fixed(1e3 * float(grasp.contacts.gaps[i]))
         force = fixed(float(grasp.normal_forces[i]), 3) if in_contact else "–"

@@ -53,6 +53,10 @@ SCRIPT = """(() => {
     tab.dispatchEvent(new PointerEvent('pointerup', at));
     tab.dispatchEvent(new MouseEvent('click', at));
   };
+  window.graspViewerOpen = (name) => {
+    const tab = tabs().find((each) => each.textContent.trim() === name);
+    if (tab) open(tab);
+  };
   window.graspViewerTour = () => {
     if (document.getElementById('tour')) return;
     let step = 0;
@@ -76,8 +80,7 @@ SCRIPT = """(() => {
       words.textContent = STEPS[step][1];
       next.textContent = step + 1 < STEPS.length ? 'Next' : 'Done';
       back.style.visibility = step ? 'visible' : 'hidden';
-      const tab = tabs().find((each) => each.textContent.trim() === STEPS[step][0]);
-      if (tab) open(tab);
+      window.graspViewerOpen(STEPS[step][0]);
     };
     const end = () => { remember(); card.remove(); };
     skip.onclick = end;

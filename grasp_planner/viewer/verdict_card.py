@@ -93,6 +93,6 @@ def _cell(symbol: str, value: str, meaning: str) -> str:
     return (
         f"<div title='{html.escape(meaning)}' style='flex:1;text-align:center;border-radius:7px;padding:4px 2px;"
         "background:var(--mantine-color-body,#fff)'>"
-        f"<div style='font-size:11px;opacity:.65'>{html.escape(symbol)}</div>"
+        f"<div data-cell style='font-size:11px;opacity:.65'>{html.escape(symbol)}</div>"
         f"<div style='font-weight:650;white-space:nowrap;font-size:12px'>{html.escape(value)}</div></div>"
     )

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
 
 from grasp_planner.viewer import GraspViewer, export_html
 
@@ -82,6 +83,29 @@ def test_files_go_in_and_out(page, viewer, tmp_path):
     picture = tmp_path / "picture.png"
     download.value.save_as(picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_letters_tell_what_they_mean_and_what_is_dropped_is_opened(page, viewer):
+    page.page.locator("th[data-term='f_n']").wait_for()
+    assert "normal" in page.page.locator("th[data-term='f_n']").get_attribute("title")
+    page.page.locator("[data-cell][data-term='floor']").dispatch_event(
+        "pointerup", {"pointerType": "touch", "bubbles": True}
+    )
+    assert "least F" in page.page.locator("#term-note").inner_text()
+    cube = trimesh.creation.box((40.0, 40.0, 40.0)).export(file_type="stl")
+    viewer.files.unit.value = "millimetres"
+    page.page.evaluate(
+        """(bytes) => {
+          const data = new DataTransfer();
+          data.items.add(new File([new Uint8Array(bytes)], 'cube.stl'));
+          document.body.dispatchEvent(new DragEvent('drop', {dataTransfer: data, bubbles: true, cancelable: true}));
+        }""",
+        list(cube),
+    )
+    until(lambda: viewer.session.problem.grasp_object.kind == "mesh", 90.0)
+    assert viewer.session.problem.grasp_object.half_extents.max() < 0.021
+    page.page.get_by_text("not planned yet").wait_for()
+    viewer.files.unit.value = "metres"
 
 
 def test_a_copied_link_opens_what_was_shown(page, viewer, grasp):

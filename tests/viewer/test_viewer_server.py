@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import grasp_planner as gp
-from grasp_planner.viewer import server as viewer_server
+from grasp_planner.viewer import widget_values
 from grasp_planner.viewer.server import LocalServer
 
 from .protocol_client import ProtocolClient
@@ -125,8 +125,8 @@ def test_long_texts_are_cut(viewer, client):
     client.set("More tasks", "x" * 100_000)
     client.until(lambda: viewer.problem.more.value.startswith("x") or viewer.share.last_error)
     viewer.worker.drain()
-    assert len(viewer.share.last_error) < 2 * viewer_server.MAX_TEXT
-    assert len(viewer.problem.more.value) <= viewer_server.MAX_TEXT
+    assert len(viewer.share.last_error) < 2 * widget_values.MAX_TEXT
+    assert len(viewer.problem.more.value) <= widget_values.MAX_TEXT
 
 
 def test_disabled_buttons_can_not_be_pressed(viewer, client):
@@ -204,9 +204,9 @@ def test_clipping_covers_every_widget_of_the_page(viewer):
         if not isinstance(handle.value, bool | int | float | str | tuple):
             continue
         with pytest.raises((TypeError, ValueError)):
-            viewer_server.in_bounds(handle, {"a": 1})
+            widget_values.in_bounds(handle, {"a": 1})
         if isinstance(handle.value, float) and hasattr(handle, "max") and handle.max is not None:
-            assert viewer_server.in_bounds(handle, 1e300) <= handle.max
+            assert widget_values.in_bounds(handle, 1e300) <= handle.max
 
 
 def page(port, path="/", **headers):

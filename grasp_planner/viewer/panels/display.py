@@ -60,6 +60,15 @@ class DisplayPanel:
             widget.on_update(lambda _: changed())
         self.force_scale.on_update(lambda _: changed())
 
+    def on_dark(self, *takers: Callable[[bool], None]) -> None:
+        """Tell others when the page is to be dark, or light again."""
+
+        def tell(_: object) -> None:
+            for take in takers:
+                take(self.dark.value)
+
+        self.dark.on_update(tell)
+
     @property
     def options(self) -> DisplayOptions:
         """What the widgets say."""

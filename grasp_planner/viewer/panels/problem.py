@@ -254,8 +254,9 @@ class ProblemPanel:
     def _sync_hand(self, problem: GraspProblem) -> None:
         """Show hand, synergy set and contacts."""
         hand = problem.hand
-        if hand.name in hand_library():
-            self._set("hand", self.hand, hand.name)
+        names = tuple(hand_library())
+        self.hand.options = names if hand.name in names else (*names, hand.name)
+        self._set("hand", self.hand, hand.name)
         named = problem.synergy_set_name or ""
         usable = usable_synergy_sets(hand)
         self.synergy_set.options = usable if named in usable else (named, *usable)

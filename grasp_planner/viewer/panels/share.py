@@ -114,19 +114,21 @@ class SharePanel:
 
     def _copy(self, client: viser.ClientHandle | None, what: str) -> None:
         """Have the worker put a link, the command or the Python on the clipboard of whoever asked for it."""
+        if client is None:
+            return
+        page = client
 
         def work() -> None:
             options, seed, count = self._search
             problem = self._session.problem
             if what == LINK:
-                copy_link(client, self.query())
+                copy_link(page, self.query())
             elif what == COMMAND:
-                copy_text(client, command_text(problem, options, seed, count))
+                copy_text(page, command_text(problem, options, seed, count))
             else:
-                copy_text(client, python_text(problem, seed, count))
+                copy_text(page, python_text(problem, seed, count))
 
-        if client is not None:
-            self._later(work)
+        self._later(work)
 
     def _json(self) -> bytes:
         """Return the grasp as JSON."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import viser
@@ -15,6 +15,10 @@ from ...exceptions import GraspPlannerError
 TYPING_S = 0.7
 """How long nobody has typed when what was typed is taken; Enter takes it at once [s]."""
 COMPLAINT = "<div style='color:#c62839;font:12px system-ui,sans-serif;margin:-4px 12px 4px'>{}</div>"
+
+
+MOST_SAID = 300
+"""Most letters of what is wrong with a field."""
 
 
 class FieldError(GraspPlannerError):
@@ -80,10 +84,31 @@ class TextField:
 
     def complain(self, message: str) -> None:
         """Say what is wrong; nothing if empty."""
-        if message:
-            self._complaint.content = COMPLAINT.format(html.escape(message[:200]))
-        if self._complaint.visible != bool(message):
-            self._complaint.visible = bool(message)
+        say_beside(self._complaint, message)
+
+
+class UploadField:
+    """A button that takes a file, with a line below it that says why it can't be used.
+
+    Attributes:
+        button: The button.
+    """
+
+    def __init__(self, gui: viser.GuiApi, label: str, endings: Iterable[str], hint: str) -> None:
+        self.button = gui.add_upload_button(label, icon=viser.Icon.UPLOAD, mime_type=",".join(endings), hint=hint)
+        self._complaint = gui.add_html("", visible=False)
+
+    def complain(self, message: str) -> None:
+        """Say what is wrong; nothing if empty."""
+        say_beside(self._complaint, message)
+
+
+def say_beside(line: viser.GuiHtmlHandle, message: str) -> None:
+    """Show a line beside a field, or hide it if there is nothing to say."""
+    if message:
+        line.content = COMPLAINT.format(html.escape(message[:MOST_SAID]))
+    if line.visible != bool(message):
+        line.visible = bool(message)
 
 
 def set_value(widget: Any, value: Any) -> None:

@@ -30,6 +30,10 @@ from .draw_springs import SpringDrawing, resting_springs
 GHOSTS = {"reference": look.REFERENCE_GHOST, "seed": look.SEED_GHOST, "pinned": look.PINNED_GHOST}
 
 
+GROUND = {False: ((236, 238, 242), (222, 226, 232)), True: ((38, 40, 46), (58, 62, 70))}
+"""Colours of the lines of the ground, thin and thick ones; by whether the page is dark."""
+
+
 class Picture:
     """The scene; to be changed by the worker only.
 
@@ -93,6 +97,10 @@ class Picture:
                 place(self.hand_gizmo, live.hand_pose)
                 place(self.object_gizmo, live.object_pose)
 
+    def set_dark(self, dark: bool) -> None:
+        """Draw the ground for a light or a dark page."""
+        self._ground.cell_color, self._ground.section_color = GROUND[dark]
+
     def show_gizmos(self, hand: bool, grasp_object: bool) -> None:
         """Show or hide the handles; what is clickable would lie in front of them, so it is not meanwhile."""
         self.hand_gizmo.visible, self.object_gizmo.visible = hand, grasp_object
@@ -133,14 +141,14 @@ class Picture:
         scene.add_light_ambient("/light/ambient", intensity=1.5)
         scene.add_light_directional("/light/key", intensity=1.6, position=(0.6, 0.4, 1.0))
         scene.add_light_directional("/light/fill", intensity=0.7, position=(-0.6, -0.5, 0.3))
-        scene.add_grid(
+        self._ground = scene.add_grid(
             "/ground",
             1.2,
             1.2,
             cell_size=0.05,
             section_size=0.1,
-            cell_color=(236, 238, 242),
-            section_color=(222, 226, 232),
+            cell_color=GROUND[False][0],
+            section_color=GROUND[False][1],
             cell_thickness=0.5,
             section_thickness=0.8,
             position=(0.0, 0.0, -0.16),
