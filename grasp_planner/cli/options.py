@@ -6,13 +6,16 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
+import numpy as np
 
 from ..exceptions import InvalidValueError
 from ..hand.loading import loaded_hand, locked_joints
 from ..model.task_direction import parse_task
-from ..objects import parse_object
+from ..objects import GraspObject, parse_object
+from ..objects.resting import resting_pose
 from ..problem.clearance_options import CLEARANCES
 from ..problem.from_settings import PROBLEM_SETTINGS, options_from_settings, problem_from_settings
+from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..problem.settings import settings_of
@@ -46,6 +49,11 @@ GRASP_OPTIONS = (
         default=None,
         help=f"Object as shape:key=value,… in SI units [default: {DEFAULT_OBJECT}; of a plain URDF a cylinder in size "
         "for the hand].",
+    ),
+    click.option(
+        "--table",
+        is_flag=True,
+        help="The object stands on a table, z up if it can, otherwise as low as it can: gravity and ground follow.",
     ),
     click.option(
         "--task",
@@ -101,6 +109,7 @@ def problem_from_options(
     hand: str,
     locks: tuple[str, ...] = (),
     object_text: str | None,
+    table: bool = False,
     tasks: tuple[str, ...],
     paper: bool,
     clearance: str | None,
@@ -119,7 +128,30 @@ def problem_from_options(
     if object_text is None and loaded.first_object:
         click.echo(f"derived: object in size for the hand: {loaded.first_object}", err=True)
     thing = parse_object(object_text or loaded.first_object or DEFAULT_OBJECT)
+    if table:
+        given |= _on_table(thing, given)
     return problem_from_settings(loaded.hand, thing, tuple(parse_task(text) for text in tasks), given, paper=paper)
+
+
+def _on_table(thing: GraspObject, given: dict[str, Any]) -> dict[str, Any]:
+    """Return gravity and ground of an object that stands on a table, and say how it stands.
+
+    Args:
+        thing: The object.
+        given: Settings by key; of gravity its size is kept.
+    """
+    if "clearance.ground" in given:
+        raise InvalidValueError(
+            "clearance.ground", given["clearance.ground"], "no height beside --table, which finds it"
+        )
+    pose = resting_pose(thing)
+    gravity = GraspParameters().gravity
+    if "gravity" in given:
+        gravity = PROBLEM_SETTINGS["gravity"].of_plain(given["gravity"])
+    size = float(np.linalg.norm(gravity))
+    up = ", ".join(f"{x:.3g}" for x in pose.up + 0.0)
+    click.echo(f"derived: stands with ({up}) up, its centre of mass {pose.height:.3g} m above the table", err=True)
+    return {"gravity": (-size * pose.up).tolist(), "clearance.ground": -pose.height}
 
 
 def planner_options(arguments: dict[str, Any]) -> PlannerOptions:

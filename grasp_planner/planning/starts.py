@@ -66,7 +66,7 @@ def standard_start(problem: GraspProblem) -> GraspStart:
     # Of equal extents the later axis is the long one, so that the paper's cylinder and a sphere start alike.
     long_axis = np.eye(3)[2 if np.isclose(extents[2], extents[order[0]]) else order[0]]
     short = [axis for axis in range(3) if long_axis[axis] == 0.0]
-    approach = np.eye(3)[min(short, key=lambda axis: (extents[axis], axis))]
+    approach = _from_above(problem, np.eye(3)[min(short, key=lambda axis: (extents[axis], axis))])
     rotation = _palm_rotation(problem, approach, long_axis)
     centre = problem.grasp_centre + STANDOFF * hand.palm_normal
     q = np.clip(problem.synergies.mean, hand.lower, hand.upper)
@@ -96,7 +96,7 @@ def random_start(problem: GraspProblem, rng: np.random.Generator) -> GraspStart:
     if extents.max() < ELONGATED * np.median(extents):
         long_axis = _unit(rng.normal(size=3))
     closing = long_axis * rng.choice([-1.0, 1.0])
-    approach = _unit(np.cross(closing, _unit(rng.normal(size=3))))
+    approach = _from_above(problem, _unit(np.cross(closing, _unit(rng.normal(size=3)))))
     rotation = rotation_exp(rng.normal(0.0, 0.15, 3)) @ _palm_rotation(problem, approach, closing)
     centre = problem.grasp_centre + rng.normal(0.0, 0.012, 3)
     along = long_axis * rng.uniform(-0.4, 0.4) * float(extents.max() - extents.min())
@@ -112,9 +112,9 @@ def _start_on(problem: GraspProblem, rng: np.random.Generator, points: Array, ac
         points: The points in O [m], of shape (n, 3).
         across: Unit directions from one side to the other, of shape (n, 3).
     """
-    approaches = rng.normal(size=(len(points), 3))
-    approaches -= (approaches * across).sum(axis=1, keepdims=True) * across
-    approaches /= np.linalg.norm(approaches, axis=1, keepdims=True)
+    sideways = rng.normal(size=(len(points), 3))
+    sideways -= (sideways * across).sum(axis=1, keepdims=True) * across
+    approaches = _from_above(problem, sideways / np.linalg.norm(sideways, axis=1, keepdims=True))
     room = problem.grasp_object.distances(points - PALM_AWAY * np.array([[[0.5]], [[1.0]]]) * approaches).min(axis=0)
     best = int(rng.choice(np.argsort(room)[-ROOMIEST:]))
     point, approach = points[best], approaches[best]
@@ -129,6 +129,13 @@ def _random_posture(problem: GraspProblem, rng: np.random.Generator, palm_pose: 
     hand, sigma = problem.hand, rng.normal(0.0, 0.3, problem.n_synergies)
     q = np.clip(problem.synergies.joint_angles(sigma), hand.lower, hand.upper)
     return GraspStart(q, palm_pose, np.zeros(problem.n_synergies))
+
+
+def _from_above(problem: GraspProblem, approach: Array) -> Array:
+    """Return directions, of shape (..., 3), turned round where they would come through a table."""
+    if problem.clearance.ground is None:
+        return approach
+    return np.where((approach @ problem.up > 0.0)[..., None], -approach, approach)
 
 
 def _palm_rotation(problem: GraspProblem, approach: Array, closing: Array) -> Array:
