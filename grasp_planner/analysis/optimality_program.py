@@ -9,7 +9,9 @@ import numpy as np
 from ..evaluation.state import GraspState, StateEvaluator
 from ..grasp.grasp import Grasp
 from ..judge.posed_grasp import PosedGrasp
-from ..planning.program import GraspProgram
+from ..planning.nlp import NonlinearProgram
+from ..planning.off_stops import kept_reserve
+from ..planning.program import GraspProgram, joint_bounds
 from ..problem.problem import GraspProblem
 from ..problem.term import NEWTON, Constraint, above_zero
 from ..spatial import Array
@@ -51,8 +53,13 @@ class OptimalityProgram:
         bounds = [] if math.isinf(self.most_force) else [ForceBound(self.most_force)]
         self.terms = sorted([*self.base.constraints, *bounds], key=lambda term: not term.equality)  # equalities first
         self._sides = tuple([term for term in self.terms if term.equality is equal] for equal in (True, False))
+        self.reserve = kept_reserve(grasp)
         self.layout = self.base.evaluator.layout
         self.reference = grasp.palm_pose
+
+    def nlp(self) -> NonlinearProgram:
+        """Return the same program as the search solves it."""
+        return self.base.build("two", self.objective_scale, self.most_force, reserve=self.reserve)
 
     def evaluate(self, z: Array) -> NlpPoint:
         """Return the program at scaled variables."""
@@ -83,11 +90,12 @@ class OptimalityProgram:
             stacked(side, problem, state, lambda term: term.scale) for side in self._sides
         )
         q, picks = state.x[layout.joints], np.eye(layout.size)[layout.joints]
+        lower, upper = joint_bounds(problem.hand, self.reserve)
         unit = scale[layout.joints]
         return NlpPoint(
             objective=objective.value(problem, state),
             gradient=objective.gradient(problem, state) * scale,
-            residuals=np.concatenate([zero, spare, (q - problem.hand.lower) / unit, (problem.hand.upper - q) / unit]),
+            residuals=np.concatenate([zero, spare, (q - lower) / unit, (upper - q) / unit]),
             jacobian=np.vstack([d_zero * scale, d_spare * scale, picks, -picks]),
             n_equalities=len(zero),
         )

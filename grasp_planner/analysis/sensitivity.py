@@ -119,7 +119,7 @@ def _settled(program: OptimalityProgram, rounds: Sequence[tuple[int, int]] = QUI
         program: The program.
         rounds: Most iterations of both, round after round until it has settled.
     """
-    nlp, z = program.base.build("two", program.objective_scale, program.most_force), program.z
+    nlp, z = program.nlp(), program.z
     for solver, newton in rounds:
         z = solve_nlp(nlp, z, max_iterations=solver, tolerance=SETTLING_TOLERANCE).z
         found = kkt_point(program.evaluate, z, iterations=newton)

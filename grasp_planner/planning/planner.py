@@ -14,8 +14,9 @@ from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from .attempt import Attempt, AttemptSolver
+from .off_stops import off_stops
 from .preparation import search_starts
-from .ranking import FoundGrasps
+from .ranking import FoundGrasps, alike
 from .starts import GraspStart, standard_start
 
 PATIENCE = 2
@@ -41,7 +42,8 @@ def plan_grasp(
     """Plan a grasp: minimise the objective (29) subject to (10), (30)–(32), by SQP from several starts.
 
     Without weights, least force comes first: every start seeks little F, then the best C with at most
-    ``force_factor`` times the least F found. The same problem, seed and options give the same grasp.
+    ``force_factor`` times the least F found; at last joints are taken off their stops where that costs the task little
+    (:func:`~grasp_planner.planning.off_stops.off_stops`). The same problem, seed and options give the same grasp.
 
     Args:
         problem: What is to be planned.
@@ -179,7 +181,22 @@ class _Search:
         if not found:
             assert self._nearest is not None
             found = (self._nearest[1],)
+        elif not self.problem.parameters.weighted and not self.stopped:
+            found = self._off_stops(found)
         return tuple(self._reported(grasp) for grasp in found)
+
+    def _off_stops(self, found: tuple[Grasp, ...]) -> tuple[Grasp, ...]:
+        """Return the grasps with their joints off their stops where that is cheap and no two become alike."""
+        chosen: list[Grasp] = list(found)
+        try:
+            for index, grasp in enumerate(found):
+                moved = off_stops(grasp, self.solver.most_force, self._check_stop, closing=self.closing)
+                others = chosen[:index] + chosen[index + 1 :]
+                if not any(alike(moved, other) for other in others):
+                    chosen[index] = moved
+        except _Stop:
+            self.stopped = True
+        return tuple(chosen)
 
     def _reported(self, grasp: Grasp) -> Grasp:
         """Return a grasp with the report of the search so far."""

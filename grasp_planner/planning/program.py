@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from ..evaluation.state import GraspState, StateEvaluator
 from ..grasp.grasp import Grasp, SearchReport
+from ..hand.hand import Hand
 from ..problem.problem import GraspProblem
 from ..problem.term import Constraint
 from ..spatial import Array
@@ -32,6 +33,8 @@ TRANSLATION_REACH = 0.2
 """How far the palm may move from its start in one solve, per axis [m]."""
 ROTATION_REACH = 2.0
 """How far the palm may turn from its start in one solve, per axis [rad]."""
+MOST_RESERVE = 0.1
+"""Share of a joint's range that may be held as a reserve at either end."""
 PHASE_ONE_FORCE_WEIGHT = 0.1
 """Weight of F [1/N] while phase one looks for feasibility."""
 
@@ -105,7 +108,12 @@ class GraspProgram:
         return 1.0 / max(typical, 1e-300)
 
     def build(
-        self, phase: Phase, objective_scale: float = 1.0, most_force: float = math.inf, task_floor: float = 0.0
+        self,
+        phase: Phase,
+        objective_scale: float = 1.0,
+        most_force: float = math.inf,
+        task_floor: float = 0.0,
+        reserve: float = 0.0,
     ) -> NonlinearProgram:
         """Return the program of a phase.
 
@@ -115,6 +123,7 @@ class GraspProgram:
             objective_scale: Factor of the objective in phase two.
             most_force: Bound of F [N].
             task_floor: Added to C in its logarithm.
+            reserve: How far from their stops joints stay [rad].
 
         Returns:
             The program in scaled variables.
@@ -138,7 +147,7 @@ class GraspProgram:
             state = self.state(z)
             return np.append(value, most_force - state.force_norm), np.vstack([slope, -state.d_force_norm * self.scale])
 
-        lower, upper = self.bounds()
+        lower, upper = self.bounds(reserve)
         return NonlinearProgram(objective, lambda z: self._stack(self._equalities, z), inequality, lower, upper)
 
     def violations(self, z: Array) -> dict[str, float]:
@@ -167,15 +176,30 @@ class GraspProgram:
         scale[layout.forces] = FORCE_SCALE
         return scale
 
-    def bounds(self) -> tuple[Array, Array]:
-        """Return bounds of the scaled variables: joint limits (31), the reach of the palm; δσ and forces are free."""
-        layout, hand = self.evaluator.layout, self.problem.hand
+    def bounds(self, reserve: float = 0.0) -> tuple[Array, Array]:
+        """Return bounds of the scaled variables: joint limits (31), the reach of the palm; δσ and forces are free.
+
+        Args:
+            reserve: How far from their stops joints stay [rad].
+        """
+        layout = self.evaluator.layout
         upper = np.full(layout.size, np.inf)
         upper[layout.translation] = TRANSLATION_REACH
         upper[layout.rotation] = ROTATION_REACH
         lower = -upper
-        lower[layout.joints], upper[layout.joints] = hand.lower, hand.upper
+        lower[layout.joints], upper[layout.joints] = joint_bounds(self.problem.hand, reserve)
         return lower / self.scale, upper / self.scale
+
+
+def joint_bounds(hand: Hand, reserve: float) -> tuple[Array, Array]:
+    """Return the limits of the joints, each range shorter by a reserve at both ends [rad].
+
+    Args:
+        hand: The hand.
+        reserve: How far from their stops joints stay [rad]; at most a tenth of a joint's range.
+    """
+    kept = np.minimum(reserve, MOST_RESERVE * (hand.upper - hand.lower))
+    return hand.lower + kept, hand.upper - kept
 
 
 def _little_force(state: GraspState, task_floor: float) -> tuple[float, Array]:

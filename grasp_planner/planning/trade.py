@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from ..grasp.grasp import Grasp
 from .nlp import solve_nlp
+from .off_stops import kept_reserve
 from .program import GraspProgram
 
 FACTORS = (1.1, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
@@ -59,12 +60,12 @@ def traded_grasps(grasp: Grasp) -> tuple[Grasp, ...]:
     less = [bound for bound in reversed(bounds) if bound <= grasp.force_norm]
     program = GraspProgram(grasp.problem, grasp.palm_pose)
     first = program.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces)
-    scale, found = program.objective_scale(first), []
+    scale, reserve, found = program.objective_scale(first), kept_reserve(grasp), []
     with threadpool_limits(limits=1):
         for side in (more, less):
             z = first
             for bound in side:
-                nlp = program.build("two", scale, bound)
+                nlp = program.build("two", scale, bound, reserve=reserve)
                 try:
                     there = solve_nlp(nlp, z, max_iterations=ITERATIONS, tolerance=TOLERANCE).z
                 except (ValueError, FloatingPointError, np.linalg.LinAlgError):

@@ -1,0 +1,86 @@
+"""The last step of a default search: joints are taken off their stops where the task does not suffer.
+
+A joint on its stop has no motion left to squeeze with, yet the best task often lies exactly there. So the best task is
+sought once more with every range shorter at both ends, from the grasp that was found.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from ..grasp.grasp import Grasp
+from .nlp import solve_nlp
+from .phase_one import polish
+from .program import GraspProgram, joint_bounds
+
+STOP_RESERVE = math.radians(2.1)
+"""How far from its stops a joint is held [rad]: two degrees, and a little that a last correction may take."""
+MORE_ANGLE_DEG, MORE_TASK = 5.0, 2.0
+"""Angle that a task may lose against its ellipsoid [degrees], and factor by which C may grow, for a free joint."""
+WORTH_POLISHING = 0.05
+"""Largest scaled violation that a last least-squares solve may remove."""
+ROUNDING = 1e-3
+"""Share of the reserve that counts as rounding."""
+
+
+def off_stops(grasp: Grasp, most_force: float, check: Callable[[], None], *, closing: bool) -> Grasp:
+    """Return a grasp with its joints off their stops, or the grasp itself where that costs too much.
+
+    Args:
+        grasp: A feasible grasp of a problem without weights.
+        most_force: F that the best task may take [N].
+        check: Called at every iteration; may raise to stop.
+        closing: Whether a grasp that closes from an open hand has to go on doing so.
+
+    Returns:
+        A feasible grasp near it with no joint within two degrees of a stop, F within the bound, every task within
+        five degrees of what it was and C at most twice as large; the grasp itself if none was found, or none is needed.
+    """
+    if kept_reserve(grasp) > 0.0:
+        return grasp
+    bound = max(most_force, grasp.force_norm)
+    try:
+        moved = _sought(grasp, bound, check)
+    except (ValueError, FloatingPointError, np.linalg.LinAlgError):
+        return grasp  # no optimum on the way there
+    kept = moved.feasible and kept_reserve(moved) > 0.0 and moved.force_norm <= bound * (1.0 + 1e-6)
+    if not kept or not _serves(moved, grasp):
+        return grasp
+    return grasp if closing and grasp.closing.holds and not moved.closing.holds else moved
+
+
+def _sought(grasp: Grasp, most_force: float, check: Callable[[], None]) -> Grasp:
+    """Return where the search for the best task ends with every range shorter at both ends."""
+    program = GraspProgram(grasp.problem, grasp.palm_pose)
+    start = program.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces)
+    z = solve_nlp(
+        program.build("two", program.objective_scale(start), most_force, reserve=STOP_RESERVE),
+        start,
+        callback=lambda _: check(),
+    ).z
+    moved = program.grasp(z, grasp.search)
+    if moved.feasible or program.merit(z) >= WORTH_POLISHING:
+        return moved
+    return program.grasp(polish(program, z, check), grasp.search)
+
+
+def kept_reserve(grasp: Grasp) -> float:
+    """Return the reserve before their stops that all joints of a grasp keep [rad]: all of it or 0; 0 with weights.
+
+    A joint with a short range keeps less, see :func:`~grasp_planner.planning.program.joint_bounds`.
+    """
+    if grasp.problem.parameters.weighted:
+        return 0.0
+    lower, upper = joint_bounds(grasp.problem.hand, (1.0 - ROUNDING) * STOP_RESERVE)
+    q = grasp.joint_angles
+    return STOP_RESERVE if bool(np.all((q >= lower) & (q <= upper))) else 0.0
+
+
+def _serves(moved: Grasp, grasp: Grasp) -> bool:
+    """Return whether the tasks are served nearly as well."""
+    angles = zip(moved.alignments, grasp.alignments, strict=True)
+    near = all(after <= before + MORE_ANGLE_DEG or math.isnan(before) for (after, _), (before, _) in angles)
+    return near and moved.task_index <= MORE_TASK * grasp.task_index
