@@ -36,11 +36,20 @@ class Solid:
         mesh: The triangles, in the frame and unit of the file.
         repairs: What was done to them, one line each; empty if nothing was.
         overlapping: Whether some of them lie inside, so that integrals over the surface count twice.
+        parted: The triangles before parts were united; None if they were not.
     """
 
     mesh: trimesh.Trimesh
     repairs: tuple[str, ...] = ()
     overlapping: bool = False
+    parted: trimesh.Trimesh | None = None
+
+    @property
+    def parts(self) -> list[trimesh.Trimesh]:
+        """Its parts, also those that were united, in the order of the file; cavities are parts with normals inward."""
+        mesh = self.mesh if self.parted is None else self.parted
+        groups = sorted(_parts(mesh), key=lambda group: int(group.min()))
+        return [mesh.submesh([np.sort(group)], append=True) for group in groups]
 
 
 def mended(path: Path, mesh: trimesh.Trimesh, *, fill: bool = False) -> Solid:
@@ -74,18 +83,18 @@ def mended(path: Path, mesh: trimesh.Trimesh, *, fill: bool = False) -> Solid:
         mesh, sides = _parts_turned(mesh, sides, done)
     if not sides.defined:
         raise FileFormatError(path, _no_solid(mesh, sides))
-    overlapping = False
+    overlapping, parted = False, None
     if not sides.sound:
         united = _united(mesh)
         overlapping = united is None and sides.doubled > OVERLAP_ALLOWED
         if united is None:
             done.append(f"took as one what overlaps or folds over itself ({sides.folded:.1%} of the surface)")
         else:
-            mesh = united
+            mesh, parted = united, mesh
             done.append("united parts that overlapped or touched")
     if (count := _bodies(mesh)) > 1:
         done.append(f"holds {count} separate parts, taken as one rigid object")
-    return Solid(mesh, tuple(done), overlapping)
+    return Solid(mesh, tuple(done), overlapping, parted)
 
 
 def signed_volume(mesh: trimesh.Trimesh) -> float:

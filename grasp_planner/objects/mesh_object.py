@@ -71,6 +71,7 @@ class MeshObject(GraspObject):
         repair: float = 0,
         shell: float = 0.0,
         com: tuple[float, float, float] | None = None,
+        densities: tuple[float, ...] = (),
         up: str = "z",
         max_normal: float | None = None,
         region: str | None = None,
@@ -88,6 +89,8 @@ class MeshObject(GraspObject):
             repair: Whether to close holes of every size (1) or small ones only (0).
             shell: Thickness that the surface is given [m], half on each side: for sheets and open scans.
             com: Centre of mass in the file's frame, before size [m]; None for that of uniform density.
+            densities: Density of each part [kg/m³], in the order of the file: centre of mass and inertia follow,
+                and the mass if none is given.
             up: Axis of the file, x, y or z, that becomes z of its frame.
             max_normal: Largest normal force of a contact [N], of what is soft or breaks; None for no limit of its own.
             region: Where alone it may be touched, as :meth:`Zone.parse` reads it; None for anywhere.
@@ -105,7 +108,12 @@ class MeshObject(GraspObject):
             raise InvalidValueError("object mesh", "mass and density", "one of the two")
         zones = [] if region is None else [Zone.parse(region)]
         zones += [] if forbid is None else [Zone.parse(forbid, allowed=False)]
-        loaded = load_mesh_solid(path, scale=scale, resolution=resolution, repair=repair, shell=shell, com=com, up=up)
+        if density is not None and len(densities):
+            raise InvalidValueError("object mesh", "density and densities", "one of the two")
+        given: dict[str, Any] = {"repair": repair, "shell": shell, "com": com, "densities": densities, "up": up}
+        loaded = load_mesh_solid(path, scale=scale, resolution=resolution, **given)
+        if mass is None and loaded.densities:
+            mass = loaded.parts_mass * size**3
         if density is not None:
             mass = positive("object mesh.density", density, unit="kg/m³") * loaded.volume * size**3
         mass, limit = DEFAULT_MASS if mass is None else mass, np.inf if max_normal is None else max_normal
@@ -211,7 +219,7 @@ class MeshObject(GraspObject):
 
     @property
     def inertia(self) -> Array:
-        """Inertia about the centre of mass [kg m²], of shape (3, 3): that of uniform density about its own centre."""
+        """Inertia about the centre of mass [kg m²], of shape (3, 3); beside a given one, about its own centre."""
         return readonly(self.mass * self.size**2 * self.loaded.gyration)
 
     @property
@@ -224,7 +232,7 @@ class MeshObject(GraspObject):
     @classmethod
     def text_keys(cls) -> tuple[str, ...]:
         """Return the keys of the text form: the arguments of :meth:`load`."""
-        sizes = ("path", "scale", "mass", "density", "resolution", "repair", "shell", "com")
+        sizes = ("path", "scale", "mass", "density", "resolution", "repair", "shell", "com", "densities")
         return (*sizes, "up", "max_normal", "region", "forbid", "size")
 
     @classmethod
@@ -244,6 +252,8 @@ class MeshObject(GraspObject):
             parts.append(f"shell={exact_text(self.loaded.shell)}")
         if self.loaded.up != "z":
             parts.append(f"up={self.loaded.up}")
+        if self.loaded.densities:
+            parts.append("densities=" + ",".join(exact_text(each) for each in self.loaded.densities))
         if self.max_normal_force < np.inf:
             parts.append(f"max_normal={exact_text(self.max_normal_force)}")
         parts += [f"{zone.key}={zone.text}" for zone in self.zones]

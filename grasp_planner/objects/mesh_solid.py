@@ -22,7 +22,7 @@ from .base import SIZES
 from .distance_grid import DistanceGrid
 from .grid_cache import cached_distance_grid
 from .mesh_file import MeshWarning, declared_unit, read_solid
-from .moments import solid_moments
+from .moments import parts_moments, solid_moments
 
 if TYPE_CHECKING:
     import trimesh
@@ -60,6 +60,7 @@ class MeshSolid(Value):
         repair: Whether holes of every size were to be closed (1) or small ones only (0).
         shell: Thickness that was given to the surface [m]; 0 for none.
         up: Axis of the file that is z of its frame.
+        densities: Density of each part [kg/m³], in the order of the file; empty for uniform density.
         com_given: Whether the centre of mass was given, and is not that of uniform density.
         vertices: Vertices [m], of shape (n, 3), read-only.
         faces: Their triangles, of shape (m, 3), read-only.
@@ -67,7 +68,8 @@ class MeshSolid(Value):
         repairs: What was repaired, one sentence each.
         grid: Its signed distance.
         volume: Volume [m³].
-        gyration: Inertia about the centre of mass per mass, of uniform density [m²], of shape (3, 3).
+        gyration: Inertia per mass about the centre of mass of density or densities [m²], of shape (3, 3).
+        parts_mass: Mass by the densities of the parts [kg]; 0 without.
     """
 
     path: str
@@ -76,6 +78,7 @@ class MeshSolid(Value):
     repair: float
     shell: float
     up: str
+    densities: tuple[float, ...]
     com_given: bool
     vertices: Array
     faces: Indices
@@ -84,6 +87,7 @@ class MeshSolid(Value):
     grid: DistanceGrid
     volume: float
     gyration: Array
+    parts_mass: float = 0.0
 
     def _content(self) -> dict[str, Any]:
         """Return what it was loaded from and a hash of its triangles; its grid follows from these."""
@@ -120,6 +124,7 @@ def load_mesh_solid(
     repair: float = 0,
     shell: float = 0.0,
     com: tuple[float, float, float] | None = None,
+    densities: tuple[float, ...] = (),
     up: str = "z",
 ) -> MeshSolid:
     """Load a solid from a mesh file; takes seconds the first time, when its distance grid is built.
@@ -135,6 +140,7 @@ def load_mesh_solid(
         repair: Whether to close holes of every size (1) or small ones only (0).
         shell: Thickness that the surface is given [m], half on each side; 0 for none.
         com: Centre of mass in the file's frame [m]; None for that of uniform density.
+        densities: Density of each part [kg/m³], in the order of the file; where parts overlap, the first counts.
         up: Axis of the file, x, y or z, that becomes z of its frame: where a file stands upright along another.
 
     Returns:
@@ -153,13 +159,14 @@ def load_mesh_solid(
         raise InvalidValueError("object mesh.repair", repair, "0 or 1")
     shell = positive("object mesh.shell", shell, zero_allowed=True, unit="m", at_most=MAX_SHELL)
     solid = read_solid(source, repair=bool(repair), shell=shell / scale)
-    mesh = solid.mesh
-    mesh.apply_scale(scale)
-    mesh.vertices = np.asarray(mesh.vertices) @ np.array(UPWARDS[up], dtype=float).T
+    mesh = _placed(solid.mesh, scale, up)
     if not SIZES[0] <= (extent := float(mesh.extents.max())) <= SIZES[1]:
         raise FileFormatError(text, f"is {extent:.3g} m long with this scale, allowed: {SIZES[0]:g} to {SIZES[1]:g} m")
     volume, centre, gyration = solid_moments(mesh, overlapping=solid.overlapping)
-    if com is not None:
+    parts_mass = 0.0
+    if len(densities):
+        parts_mass, centre, gyration = _by_parts([_placed(part, scale, up) for part in solid.parts], densities, com)
+    elif com is not None:
         centre = _checked_centre(com, mesh)
     mesh.apply_translation(-centre)
     _warn(text, solid.repairs, float(mesh.extents.max()), scale)
@@ -170,6 +177,7 @@ def load_mesh_solid(
         repair=repair,
         shell=shell,
         up=up,
+        densities=tuple(map(float, densities)),
         com_given=com is not None,
         vertices=np.array(mesh.vertices, dtype=float),
         faces=np.array(mesh.faces, dtype=np.int64),
@@ -178,7 +186,31 @@ def load_mesh_solid(
         grid=_distance_grid(text, mesh, resolution),
         volume=volume,
         gyration=gyration,
+        parts_mass=parts_mass,
     )
+
+
+def _placed(mesh: trimesh.Trimesh, scale: float, up: str) -> trimesh.Trimesh:
+    """Return a mesh of a file in metres, one of its axes turned to z."""
+    mesh.apply_scale(scale)
+    mesh.vertices = np.asarray(mesh.vertices) @ np.array(UPWARDS[up], dtype=float).T
+    return mesh
+
+
+def _by_parts(parts: list[trimesh.Trimesh], densities: tuple[float, ...], com: object) -> tuple[float, Array, Array]:
+    """Return mass, centre and inertia per mass of parts with densities, after checks."""
+    name = "object mesh.densities"
+    if com is not None:
+        raise InvalidValueError(name, densities, "densities or com, one of the two")
+    if any(part.volume <= 0.0 for part in parts):
+        raise InvalidValueError(name, densities, "parts without cavities and folds")
+    if len(densities) != len(parts):
+        raise InvalidValueError(name, densities, f"{len(parts)} numbers, one for each part in the order of the file")
+    given = tuple(positive(name, density, unit="kg/m³") for density in densities)
+    try:
+        return parts_moments(parts, given)
+    except ValueError:
+        raise InvalidValueError(name, densities, "parts that can be told apart where they overlap") from None
 
 
 def _distance_grid(path: str, mesh: trimesh.Trimesh, resolution: float | None) -> DistanceGrid:

@@ -19,7 +19,7 @@ SHAPES: dict[str, type[GraspObject]] = {
 
 _NEXT = re.compile(r",(?=\s*[A-Za-z_-]+\s*=)")
 """Commas before a key; others are within a list of numbers, or a file's name."""
-_LISTS, _WORDS = ("com",), ("path", "up", "region", "forbid")
+_LISTS, _WORDS = ("com", "densities"), ("path", "up", "region", "forbid")
 """Keys whose value is a list of numbers, or a text."""
 
 

@@ -117,3 +117,39 @@ def test_zones_follow_file_and_size(path):
     points, across = thing.opposed_patches()
     assert len(points) > 20 and len(across) == len(points)
     assert (points[:, 2] >= 0.02).all()
+
+
+@pytest.fixture(scope="module")
+def hammer(tmp_path_factory):
+    """A head of 40 x 30 x 30 mm that a handle of 20 x 20 x 100 mm ends in the middle of."""
+    found = tmp_path_factory.mktemp("parts") / "hammer.obj"
+    head = trimesh.creation.box((0.04, 0.03, 0.03)).apply_translation([0.0, 0.0, 0.1])
+    handle = trimesh.creation.box((0.02, 0.02, 0.1)).apply_translation([0.0, 0.0, 0.05])
+    trimesh.util.concatenate([head, handle]).export(found)
+    return found
+
+
+@pytest.mark.filterwarnings("ignore::grasp_planner.objects.MeshWarning")
+def test_parts_may_have_densities(hammer):
+    """Mass, centre and inertia are sums; where parts overlap, the first counts; the text has it all."""
+    thing = gp.parse_object(f"mesh:{hammer},{COARSE},densities=8000,500")
+    head, handle = 8000 * 0.04 * 0.03 * 0.03, 500 * 0.02 * 0.02 * 0.085
+    assert thing.mass == pytest.approx(head + handle)
+    centre = (head * 0.1 + handle * 0.0425) / (head + handle)
+    np.testing.assert_allclose(thing.file_origin, [0.0, 0.0, -centre], atol=1e-9)
+    spin = head * (0.1 - centre) ** 2 + handle * (0.0425 - centre) ** 2
+    spin += head * (0.03**2 + 0.03**2) / 12 + handle * (0.02**2 + 0.085**2) / 12
+    assert thing.inertia[0, 0] == pytest.approx(spin)
+    assert gp.parse_object(thing.text) == thing
+    assert gp.parse_object(f"mesh:{hammer},{COARSE},densities=8000,500,size=2").mass == pytest.approx(8 * thing.mass)
+    np.testing.assert_allclose(
+        gp.parse_object(f"mesh:{hammer},{COARSE},densities=8,0.5,mass=1").inertia * thing.mass, thing.inertia
+    )
+    for wrong in (
+        "densities=8000",
+        "densities=8000,-1",
+        "densities=8000,500,com=0,0,0.05",
+        "densities=8000,500,density=1",
+    ):
+        with pytest.raises(gp.InvalidValueError):
+            gp.parse_object(f"mesh:{hammer},{COARSE},{wrong}")
