@@ -81,8 +81,11 @@ def test_the_posture_answers_as_predicted(plain):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("loads", [gp.LoadCases(), gp.LoadCases.off()], ids=["loads", "paper"])
-@pytest.mark.parametrize("n_synergies", [3, 15])
+@pytest.mark.parametrize(
+    ("n_synergies", "loads"),
+    [(3, gp.LoadCases()), (3, gp.LoadCases.off()), (15, gp.LoadCases())],
+    ids=["3, loads", "3, paper", "15, loads"],
+)
 def test_within_the_validity_radius_the_force_changes_as_predicted(n_synergies, loads):
     grasp = settled(n_synergies, loads)
     names = ("object size", "object rx", "object ry", "friction μ", "mass", "joint compliance", "contact stiffness")
