@@ -15,7 +15,7 @@ from ..exceptions import InvalidValueError
 from ..spatial import Array, readonly
 from ..values import exact_text
 from .base import MASSES, GraspObject, SurfaceSample
-from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid
+from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid, zone_of
 from .patches import opposed_patches
 from .triangles import NearestPoints, nearest_points, normal_spread
 from .zone import Zone
@@ -93,7 +93,8 @@ class MeshObject(GraspObject):
                 and the mass if none is given.
             up: Axis of the file, x, y or z, that becomes z of its frame.
             max_normal: Largest normal force of a contact [N], of what is soft or breaks; None for no limit of its own.
-            region: Where alone it may be touched, as :meth:`Zone.parse` reads it; None for anywhere.
+            region: Where alone it may be touched, as :meth:`Zone.parse` reads it, or a named part of the file; None for
+                anywhere.
             forbid: Where it may not be touched.
             size: Factor by which the solid is enlarged once it is loaded; its distance grid is scaled with it.
 
@@ -106,18 +107,18 @@ class MeshObject(GraspObject):
         """
         if mass is not None and density is not None:
             raise InvalidValueError("object mesh", "mass and density", "one of the two")
-        zones = [] if region is None else [Zone.parse(region)]
-        zones += [] if forbid is None else [Zone.parse(forbid, allowed=False)]
         if density is not None and len(densities):
             raise InvalidValueError("object mesh", "density and densities", "one of the two")
         given: dict[str, Any] = {"repair": repair, "shell": shell, "com": com, "densities": densities, "up": up}
         loaded = load_mesh_solid(path, scale=scale, resolution=resolution, **given)
+        asked = ((region, True), (forbid, False))
+        zones = tuple(zone_of(loaded, text, allowed) for text, allowed in asked if text is not None)
         if mass is None and loaded.densities:
             mass = loaded.parts_mass * size**3
         if density is not None:
             mass = positive("object mesh.density", density, unit="kg/m³") * loaded.volume * size**3
         mass, limit = DEFAULT_MASS if mass is None else mass, np.inf if max_normal is None else max_normal
-        return cls(loaded, mass, size, limit, tuple(zones))
+        return cls(loaded, mass, size, limit, zones)
 
     @property
     def path(self) -> str:

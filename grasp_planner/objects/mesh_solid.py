@@ -15,14 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..checks import finite_array, positive
-from ..exceptions import FileFormatError, InvalidValueError, shown_path
+from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError, shown_path
 from ..spatial import Array, Indices, readonly
 from ..values import Value
 from .base import SIZES
 from .distance_grid import DistanceGrid
 from .grid_cache import cached_distance_grid
+from .groups import named_boxes
 from .mesh_file import MeshWarning, declared_unit, read_solid
 from .moments import parts_moments, solid_moments
+from .zone import Zone
 
 if TYPE_CHECKING:
     import trimesh
@@ -43,6 +45,8 @@ UPWARDS = {
     "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
 }
 """Rotations that turn an axis of the file to z."""
+AROUND, SHOWN_PARTS = 1e-3, 5
+"""How much larger the box around a named part is on every side [m], and most names that a message shows."""
 SMALL, LARGE = 0.01, 1.0
 """Longest side of what a hand grasps [m]; outside, the unit is likely wrong."""
 UNITS = {"millimetres": 1e-3, "inches": 0.0254, "centimetres": 1e-2, "metres": 1e3, "micrometres": 1e-6}
@@ -195,6 +199,29 @@ def _placed(mesh: trimesh.Trimesh, scale: float, up: str) -> trimesh.Trimesh:
     mesh.apply_scale(scale)
     mesh.vertices = np.asarray(mesh.vertices) @ np.array(UPWARDS[up], dtype=float).T
     return mesh
+
+
+def zone_of(solid: MeshSolid, text: str, allowed: bool) -> Zone:
+    """Return the zone of a text: a box or ball by its numbers, or the box around a named part of the file.
+
+    Args:
+        solid: The solid of the file.
+        text: As :meth:`Zone.parse` reads it, or a name.
+        allowed: Whether contacts have to be inside; outside otherwise.
+
+    Raises:
+        InvalidValueError: If it is neither.
+        NameNotFoundError: If the file has no part of that name.
+    """
+    if "," in text or not text:
+        return Zone.parse(text, allowed)
+    boxes = named_boxes(Path(solid.path))
+    if text not in boxes:
+        kind = f"part for {'region' if allowed else 'forbid'} in {shown_path(Path(solid.path).name)}"
+        raise NameNotFoundError(kind, text, list(boxes)[:SHOWN_PARTS])
+    corners = solid.scale * boxes[text] @ np.array(UPWARDS[solid.up], dtype=float).T
+    low, high = corners.min(axis=0) - AROUND, corners.max(axis=0) + AROUND
+    return Zone("box", np.concatenate([low, high]), allowed, text)
 
 
 def _by_parts(parts: list[trimesh.Trimesh], densities: tuple[float, ...], com: object) -> tuple[float, Array, Array]:

@@ -24,11 +24,13 @@ class Zone(Value):
         shape: ``box`` or ``sphere``.
         numbers: Lower and upper corner, or centre and radius [m], of shape (6,) or (4,).
         allowed: Whether contacts have to be inside; outside otherwise.
+        name: Part of the file that the box is around; empty if it was given.
     """
 
     shape: str
     numbers: Array
     allowed: bool = True
+    name: str = ""
 
     def __post_init__(self) -> None:
         name = f"object mesh.{self.key}"
@@ -64,7 +66,7 @@ class Zone(Value):
     @property
     def text(self) -> str:
         """The text form, which :meth:`parse` reads back."""
-        return ",".join([self.shape, *(exact_text(float(number)) for number in self.numbers)])
+        return self.name or ",".join([self.shape, *(exact_text(float(number)) for number in self.numbers)])
 
     def margins(self, points: Array) -> tuple[Array, Array]:
         """Return how far points are on the right side.

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import trimesh
+from trimesh.exchange.dae import export_collada
 
 import grasp_planner as gp
 from grasp_planner.objects.zone import Zone
@@ -33,6 +36,7 @@ def test_everything_is_read_back(path):
 @pytest.mark.parametrize(
     "wrong",
     [
+        "region=handle",
         "up=w",
         "max_normal=0",
         "max_normal=nan",
@@ -153,3 +157,34 @@ def test_parts_may_have_densities(hammer):
     ):
         with pytest.raises(gp.InvalidValueError):
             gp.parse_object(f"mesh:{hammer},{COARSE},{wrong}")
+
+
+@pytest.mark.filterwarnings("ignore::grasp_planner.objects.MeshWarning")
+@pytest.mark.parametrize("suffix", ["obj", "glb", "dae"])
+def test_a_zone_may_be_a_named_part(tmp_path, suffix):
+    """The box around it and a millimetre: of groups and materials of OBJ, of nodes of scenes; turned with the axes."""
+    head = trimesh.creation.box((0.04, 0.03, 0.03)).apply_translation([0.0, 0.0, 0.115])
+    handle = trimesh.creation.box((0.02, 0.02, 0.1)).apply_translation([0.0, 0.0, 0.05])
+    file = tmp_path / f"hammer.{suffix}"
+    if suffix == "obj":
+        one, two = (part.export(file_type="obj", include_normals=False) for part in (head, handle))
+        faces = [line for line in two.splitlines() if line.startswith("f ")]
+        moved = ["f " + " ".join(str(int(each) - 9) for each in line.split()[1:]) for line in faces]  # from the end
+        rest = [line for line in two.splitlines() if not line.startswith("f ")]
+        file.write_text("\n".join(["o tool", "g head", one, *rest, "g handle", "usemtl wood", *moved]))
+        names = ("handle", "wood")
+    elif suffix == "dae":
+        scene = export_collada([head, handle])
+        ids = re.findall(rb'<geometry id="(\w+)"', scene)
+        file.write_bytes(scene.replace(ids[1], b"handle"))
+        names = ("handle",)
+    else:
+        trimesh.Scene({"head": head, "handle": handle}).export(file)
+        names = ("handle",)
+    for name in names:
+        thing = gp.MeshObject.load(file, forbid=name, up="y", resolution=0.004)
+        (zone,) = thing.zones
+        np.testing.assert_allclose(zone.numbers, [-0.011, -0.101, -0.011, 0.011, 0.001, 0.011], atol=1e-6)
+        assert gp.parse_object(thing.text) == thing and f"forbid={name}" in thing.text
+    with pytest.raises(gp.NameNotFoundError, match="handle"):
+        gp.MeshObject.load(file, forbid="handl", resolution=0.004)
