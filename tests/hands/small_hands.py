@@ -25,8 +25,11 @@ def link(name, solid=""):
 
 
 def rod(length, radius=0.008):
+    """A cylinder whose far end is round."""
+    straight = length - radius
     return (
-        f'<collision><origin xyz="0 0 {length / 2}"/><geometry><cylinder radius="{radius}" length="{length}"/>'
+        f'<collision><origin xyz="0 0 {straight / 2}"/><geometry><cylinder radius="{radius}" length="{straight}"/>'
+        f'</geometry></collision><collision><origin xyz="0 0 {straight}"/><geometry><sphere radius="{radius}"/>'
         "</geometry></collision>"
     )
 
