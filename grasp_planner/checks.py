@@ -81,7 +81,7 @@ def positive_definite(field: str, values: npt.ArrayLike, size: int) -> Array:
     matrix = finite_array(field, values, (size, size))
     largest = np.abs(matrix).max(initial=0.0)
     skewed = np.abs(matrix - matrix.T).max(initial=0.0) > 1e-9 * largest
-    if skewed or np.linalg.eigvalsh(matrix).min(initial=1.0) <= 1e-12 * largest:
+    if skewed or np.linalg.eigvalsh(matrix).min(initial=np.inf) <= 1e-12 * largest:
         raise InvalidValueError(field, matrix.tolist(), "a symmetric positive definite matrix")
     return readonly(0.5 * (matrix + matrix.T))
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ..grasp.grasp import Grasp
 from ..judge.stability import joint_preload
 from ..model.compliance import joint_stiffness
 from ..model.contact_model import ContactModel
 from ..model.force_closure import HARD
+from ..model.mixed_contacts import MixedContacts
 from ..model.quasi_static import CompliantGrasp, Preload, compliant_grasp
 from ..spatial import Array
 from ..values import Value
@@ -46,8 +48,9 @@ class ContactSet(Value):
         forces: f_i on the object [N], of shape (n_c, 3); intensities λ_i, of shape (n_c, d), for another model.
         wrench: w_ext on the object [N, N m], of shape (6,).
         springs: Hand and stiffnesses.
-        model: What the contacts transmit.
+        model: What the contacts transmit, also of several models in one grasp.
         joints: Posture of the hand.
+        tasks: Wrenches that the hand is to exert on the object [N, N m], of shape (k, 6).
     """
 
     points: Array
@@ -59,6 +62,27 @@ class ContactSet(Value):
     springs: CompliantGrasp | None = None
     model: ContactModel = HARD
     joints: JointRange | None = None
+    tasks: Array | None = None
+
+    @property
+    def frictional(self) -> npt.NDArray[np.bool_]:
+        """Which contacts have friction, of shape (n_c,)."""
+        if isinstance(self.model, MixedContacts):
+            return self.model.frictional
+        return np.full(len(self.points), self.model.has_friction)
+
+    @property
+    def least_friction(self) -> float:
+        """μ of the slipperiest contact that has friction; of any where none has."""
+        counted = self.frictional
+        return float(self.friction[counted if counted.any() else ...].min())
+
+    @property
+    def contact_springs(self) -> CompliantGrasp | None:
+        """The springs with as many intensities a contact as the covectors have, of which some may do nothing."""
+        if self.springs is not None and isinstance(self.model, MixedContacts):
+            return self.model.padded(self.springs)
+        return self.springs
 
     @property
     def grasp_matrix(self) -> Array:
@@ -101,6 +125,7 @@ def contact_set(grasp: Grasp, *, preloaded: bool = False) -> ContactSet:
             joint_stiffness=joint_stiffness(problem.joint_compliance),
             preload=preload,
         )
+    wrenches = [task.direction for task in problem.tasks if not task.is_motion]
     return ContactSet(
         grasp.contacts.points,
         grasp.contacts.normals,
@@ -111,4 +136,5 @@ def contact_set(grasp: Grasp, *, preloaded: bool = False) -> ContactSet:
         springs,
         problem.contact_model,
         JointRange(grasp.joint_angles, problem.hand.lower, problem.hand.upper, problem.synergies.mean),
+        np.array(wrenches) if wrenches else None,
     )

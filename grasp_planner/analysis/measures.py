@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..exceptions import InvalidValueError
+from ..model.force_closure import HARD
 from ..model.friction import friction_margins
 from ..model.manipulability import force_manipulability, kinematic_manipulability
 from ..model.quasi_static import CompliantGrasp
@@ -19,10 +20,12 @@ from .friction_cost import ContactLimits, contact_cost
 from .measured_contacts import ContactSet, JointRange
 from .robustness import Heuristic, contact_robustness, grasp_robustness
 from .wrench_edges import edge_wrenches, min_weight, wrench_volume
-from .wrench_space import epsilon, reach
+from .wrench_space import epsilon, reach, task_epsilon
 
 MOST_CONTACTS = 5
 """Most contacts of which PGR tries all 3^n_c states, which takes half a second."""
+FLAT = 1e-6
+"""Share of the largest singular value below which wrenches lie in a plane."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,7 @@ def _wrenches(contacts: ContactSet, everything: bool, quick: bool) -> list[Measu
         even = len(weight) * min_weight(weight)[0]
         found += [
             Measure(group, "ε, every normal force 1 N", least, "N", f"the same with 1 N at each contact, {unit}"),
+            *_for_tasks(contacts, group),
             *_against_load(contacts, group),
             Measure(group, "volume of wrenches", volume, "N⁶", "of pyramids of 8 edges, normal forces of 1 N in all"),
             Measure(group, "min-weight n·l*", even, "", "0 to 1: how evenly forces cancel"),
@@ -95,6 +99,29 @@ def _wrenches(contacts: ContactSet, everything: bool, quick: bool) -> list[Measu
         Measure(group, "volume of G", quality.ellipsoid_volume(scaled)[0], "", f"product of singular values {about}"),
         Measure(group, "isotropy of G", quality.isotropy(scaled)[0], "", f"1: all wrenches alike; {about}"),
     ]
+
+
+def _for_tasks(contacts: ContactSet, group: str) -> list[Measure]:
+    """Return how far the wrenches reach for what is asked: pushes at the contacts, the wrenches of tasks.
+
+    Pushes of 1 N in any direction, at any of the contacts, have an ellipsoid of wrenches, [Borst2004]; tasks are the
+    corners of a task wrench space.
+    """
+    scale, space, found = np.repeat([1.0, contacts.length], 3), contacts.wrench_space(), []
+    pushes = HARD.grasp_matrix(contacts.points - contacts.centre, contacts.normals) / scale[:, None]
+    sides, sizes, _ = np.linalg.svd(pushes / math.sqrt(len(contacts.points)))
+    if sizes.size == 6 and sizes[-1] > FLAT * sizes[0]:  # else no push turns the object about the contacts' line
+        least = task_epsilon(space, sides * sizes, tolerance=1e-3).value
+        says = "the least push at the contacts, as an ellipsoid of wrenches, that takes 1 N in all"
+        found.append(Measure(group, "task ε, pushes at the contacts", least, "N", says))
+    if contacts.tasks is not None:
+        wrenches = contacts.tasks / scale
+        size = np.linalg.norm(wrenches, axis=1)
+        least = min(reach(space, row / each)[0] / each for row, each in zip(wrenches, size, strict=True))
+        found.append(
+            Measure(group, "task ε, given wrenches", float(least), "", "how many times them 1 N in all exerts")
+        )
+    return found
 
 
 def _against_load(contacts: ContactSet, group: str) -> list[Measure]:
@@ -119,11 +146,12 @@ def _forces(contacts: ContactSet) -> list[Measure]:
             Measure(group, "largest force", float(sizes.max()), "N", "of any contact", True),
             Measure(group, "imbalance", float(rest), "N, N m", "largest entry of G f + w_ext"),
         ]
-        limits = ContactLimits(float(contacts.friction.min()), 0.0, 30.0)
+        limits = ContactLimits(contacts.least_friction, 0.0, 30.0)
         cost = contact_cost(contacts.forces, contacts.covectors, limits).value
         found.append(Measure(group, "V", cost, "N⁻²", "closeness to cones, 0 N and 30 N; Σ 1/(2 s²) over distances s"))
-        if contacts.model.has_friction:
-            spare = float(friction_margins(contacts.forces, contacts.covectors, contacts.friction).min())
+        if contacts.frictional.any():
+            margins = friction_margins(contacts.forces, contacts.covectors, contacts.friction)
+            spare = float(margins[contacts.frictional].min())
             says = "μ f_n − |f_t| of the worst contact"
             found.insert(2, Measure(group, "least friction to spare", spare, "N", says, True))
     if contacts.wrench is not None and contacts.wrench.any():
@@ -177,8 +205,9 @@ def _stiffness(contacts: ContactSet, springs: CompliantGrasp, everything: bool) 
     except InvalidValueError:
         return [Measure(group, "stiffness", 0.0, "N/m", "the springs do not hold the object", True)]
     away = float(np.linalg.norm(held.centre - 0.0))
-    limits = ContactLimits(float(contacts.friction.min()), 0.0, 30.0)  # the slipperiest contact counts for all
-    robust = contact_robustness(springs, contacts.covectors, limits).value
+    limits = ContactLimits(contacts.least_friction, 0.0, 30.0)  # the slipperiest contact counts for all
+    pressed = contacts.contact_springs or springs
+    robust = contact_robustness(pressed, contacts.covectors, limits).value
     found = [
         Measure(group, "softest shift", float(held.translational[0]), "N/m", "without preload, turning freely", True),
         Measure(group, "stiffest shift", float(held.translational[2]), "N/m", "without preload, turning freely"),
@@ -188,7 +217,7 @@ def _stiffness(contacts: ContactSet, springs: CompliantGrasp, everything: bool) 
     ]
     if everything:
         tried: Heuristic = "all" if len(contacts.points) <= MOST_CONTACTS else "H4"
-        best = max(robust, grasp_robustness(springs, contacts.covectors, limits, heuristic=tried).value)
+        best = max(robust, grasp_robustness(pressed, contacts.covectors, limits, heuristic=tried).value)
         states = "any states" if tried == "all" else "states of heuristic H4"
         found.append(Measure(group, "PGR", best, "N²", f"the same with contacts in {states}: stuck, sliding, off"))
     return found

@@ -23,6 +23,8 @@ from ..values import Value
 
 Bound = Literal["L1", "Linf"]
 BOUNDS: tuple[Bound, ...] = ("L1", "Linf")
+ROUNDING = 1e-13
+"""Share of a pull across the normal that counts as none."""
 BATCH = 8
 """How many of the nearest facets get a new point before the hull is built anew."""
 
@@ -86,7 +88,9 @@ class WrenchSpace(Value):
         across = pull - along[:, None] * self.covectors
         size = np.linalg.norm(across, axis=1)
         values = along + self.friction * size
-        unit = across / np.maximum(size, 1e-300)[:, None]
+        # What rounding leaves across is no direction; a contact without friction has none at all.
+        tangential = size > ROUNDING * np.linalg.norm(pull, axis=1)
+        unit = np.where(tangential[:, None], across, 0.0) / np.maximum(size, 1e-300)[:, None]
         best = self.covectors + self.friction[:, None] * unit
         if self.bound == "L1":
             keep = np.arange(len(values)) == int(np.argmax(values))

@@ -36,6 +36,7 @@ from .grasp_ellipsoids import stiffness_ellipsoid as stiffness_ellipsoid
 from .manipulability import Manipulability as Manipulability
 from .manipulability import force_manipulability as force_manipulability
 from .manipulability import kinematic_manipulability as kinematic_manipulability
+from .mixed_contacts import MixedContacts as MixedContacts
 from .quasi_static import Answer as Answer
 from .quasi_static import CompliantGrasp as CompliantGrasp
 from .quasi_static import Preload as Preload

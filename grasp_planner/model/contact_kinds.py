@@ -3,7 +3,7 @@
 A rigid contact transmits force and moment, six numbers. Which of them a contact has is the selection H;
 [Prattichizzo2016] section 38.2.1. The rows come as SynGrasp has them: first the forces of all contacts, then the
 moments that there are, [N] and [N m] as they are; :mod:`grasp_planner.model.contact_model` is for one kind of
-contact, its intensities all in newtons.
+contact, its intensities all in newtons, and :mod:`grasp_planner.model.mixed_contacts` for several.
 """
 
 from __future__ import annotations
