@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from ..analysis.improve import GOALS, Goal, Improvement, improve_grasp, withstood
 from ..analysis.measured_contacts import ContactSet, contact_set
 from ..analysis.measures import Measure
+from ..analysis.optimality_program import ForceBound
 from ..analysis.sensitivity import SETTLED, PostOptimality, Sensitivity, post_optimality
 from ..analysis.tolerance import QUESTION, pose_tolerances
 from ..grasp.grasp import Grasp
@@ -166,11 +167,14 @@ def _print_sensitivities(console: Console, grasp: Grasp, found: PostOptimality) 
     if found.stationarity > SETTLED:
         console.print(f"[red]not settled (gradient left {found.stationarity:.1e}): sensitivities are rough[/]")
     title = "sensitivity of the optimum, and how far each parameter may change for F to follow it (to 5 %)"
-    table = new_table(title, ("parameter p", "dF*/dp \\[N per unit]", "unit", "valid −", "valid +"))
+    head = ("parameter p", "dF*/dp \\[N]", "dC*/dp", "per", "valid −", "valid +")
+    table = new_table(title, head)
     for entry in found.sensitivities:
         if entry.follows:
             table.add_row(*_sensitivity_cells(entry))
     console.print(table)
+    if any(name.startswith(ForceBound.name) for name, _ in found.active):
+        console.print("F is at the bound that the search gave it and stays there: what answers is C", highlight=False)
     lost = [entry.name for entry in found.sensitivities if not entry.follows]
     if lost:
         console.print(f"too few motors to keep every active constraint: {', '.join(lost)}", highlight=False)
@@ -179,7 +183,7 @@ def _print_sensitivities(console: Console, grasp: Grasp, found: PostOptimality) 
 def _sensitivity_cells(entry: Sensitivity) -> tuple[str, ...]:
     """Return the cells of one parameter."""
     bounds = ("any" if math.isinf(value) else f"{value:.3g}" for value in (entry.down, entry.up))
-    return entry.name, f"{entry.d_force_norm:+.4g}", entry.unit, *bounds
+    return entry.name, f"{entry.d_force_norm:+.4g}", f"{entry.d_task_index:+.4g}", entry.unit, *bounds
 
 
 def _trial_table(found: Improvement) -> Table:
