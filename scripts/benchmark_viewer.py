@@ -1,9 +1,11 @@
-"""Measure the viewer without a browser: drag to redraw, idle, while planning and with many pages; cancelling; memory.
+"""Measure the viewer: drag to redraw, idle, while planning, with many pages and to new pixels; cancelling; memory.
 
-Usage: python scripts/benchmark_viewer.py [--plans 1000] [--clients 20]
+Usage: python scripts/benchmark_viewer.py [--plans 1000] [--clients 20] [--changes 200] [--pixels]
 
-A drag is timed from the new value of a slider until the hand is drawn and sent. The pages are connections in a
-process of their own that read all they are sent. The plans are short ones, from a feasible grasp.
+A drag is timed from the new value of a slider until the hand is drawn and sent: by the clock, and in processor time of
+the thread that does it, which other work on the machine does not lengthen. The pages are connections in a process of
+their own that read all they are sent. The plans are short ones, from a feasible grasp. Pixels are those of headless
+Chromium with software rendering (GRASP_PLANNER_CHROMIUM or /usr/bin/chromium), which a graphics card outdoes.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import os
 import statistics
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from multiprocessing.sharedctypes import Synchronized
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -28,8 +31,39 @@ DRAGS = 60
 """Slider values of one measurement."""
 STARTING_S = 6.0
 """How long the planning process may take to load its libraries, which would disturb the first measurement [s]."""
+FLAGS = (
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+)
+JOINT = "/hand/joint_1/joint_2/joint_3"
+SEEN = f"""() => {{
+  const joint = window.__viserMutable.nodeRefFromName['{JOINT}'], before = joint.quaternion.toArray().join();
+  window.seenFrame = false;
+  const look = () => {{
+    if (joint.quaternion.toArray().join() === before) return requestAnimationFrame(look);
+    requestAnimationFrame(() => requestAnimationFrame(() => {{ window.seenFrame = true; }}));
+  }};
+  look();
+}}"""
+"""Notes the frame after that in which a joint has turned."""
 SAMPLES = 10
 """How often the memory is printed."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """Times of drags [ms].
+
+    Attributes:
+        clock: By the clock.
+        processor: In processor time of the viewer's thread; empty where that is not what is measured.
+    """
+
+    clock: list[float]
+    processor: list[float]
 
 
 def until(condition: Callable[[], bool], limit_s: float = 120.0) -> None:
@@ -41,24 +75,30 @@ def until(condition: Callable[[], bool], limit_s: float = 120.0) -> None:
         time.sleep(0.0005)
 
 
-def drags(viewer: GraspViewer) -> list[float]:
-    """Return the time from each slider value to the drawn hand [ms]."""
-    times = []
+def drags(viewer: GraspViewer) -> Times:
+    """Return the time from each slider value to the drawn hand."""
+    times, efforts = [], []
+    clock = time.pthread_getcpuclockid(viewer.worker._thread.ident or 0)
     for step in range(DRAGS):
         value = 0.2 + 0.002 * step
-        began = time.perf_counter()
+        began, before = time.perf_counter(), time.clock_gettime(clock)
         viewer.synergies.sliders[0].value = value
         until(lambda value=value: viewer.session.live.sigma[0] == value)
         viewer.worker.drain()
         times.append(1e3 * (time.perf_counter() - began))
+        efforts.append(1e3 * (time.clock_gettime(clock) - before))
         time.sleep(1.0 / 30.0)
-    return times
+    return Times(times, efforts)
 
 
-def show(title: str, times: list[float]) -> None:
-    """Print median and 95th percentile of times [ms]."""
-    high = statistics.quantiles(times, n=20)[-1]
-    print(f"{title}: median {statistics.median(times):.1f} ms, 95 % below {high:.1f} ms", flush=True)
+def show(title: str, times: Times) -> None:
+    """Print medians and 95th percentiles."""
+    told = (
+        f"{name} median {statistics.median(values):.1f} ms, 95 % below {statistics.quantiles(values, n=20)[-1]:.1f} ms"
+        for name, values in (("clock", times.clock), ("processor", times.processor))
+        if values
+    )
+    print(f"{title}: {'; '.join(told)}", flush=True)
 
 
 def listen(port: int, count: int, connected: Event, stop: Event, received: Synchronized[int]) -> None:
@@ -78,8 +118,8 @@ def listen(port: int, count: int, connected: Event, stop: Event, received: Synch
         time.sleep(0.01)
 
 
-def drags_with_pages(viewer: GraspViewer, count: int) -> list[float]:
-    """Return the times of drags while as many pages are connected [ms]."""
+def drags_with_pages(viewer: GraspViewer, count: int) -> Times:
+    """Return the times of drags while as many pages are connected."""
     context = multiprocessing.get_context("spawn")
     connected, stop, received = context.Event(), context.Event(), context.Value("Q")
     arguments = (viewer.server.get_port(), count, connected, stop, received)
@@ -95,6 +135,45 @@ def drags_with_pages(viewer: GraspViewer, count: int) -> list[float]:
     return times
 
 
+def drags_to_pixels(viewer: GraspViewer) -> Times:
+    """Return the times from each slider value to a frame of a real browser that shows it."""
+    from playwright.sync_api import sync_playwright
+
+    browser_path = os.environ.get("GRASP_PLANNER_CHROMIUM", "/usr/bin/chromium")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=browser_path, headless=True, args=list(FLAGS))
+        page = browser.new_page(viewport={"width": 1100, "height": 760})
+        page.goto(f"{viewer.url}/?fixedDpr=1")
+        page.wait_for_function(f"() => window.__viserMutable?.nodeRefFromName['{JOINT}']", timeout=90_000)
+        page.wait_for_timeout(3000)
+        times = []
+        for step in range(DRAGS // 3):
+            page.evaluate(SEEN)
+            began = time.perf_counter()
+            viewer.synergies.sliders[0].value = 0.3 + 0.01 * step
+            page.wait_for_function("() => window.seenFrame", polling=5, timeout=30_000)
+            times.append(1e3 * (time.perf_counter() - began))
+        browser.close()
+    return Times(times, [])
+
+
+def watch_changes(viewer: GraspViewer, changes: int) -> None:
+    """Print the memory of the viewer over many changes of hand, object, task and number of synergies."""
+    shapes, counts = ("cylinder", "sphere", "box"), (1, 3, 15)
+    began = time.process_time()
+    for done in range(1, changes + 1):
+        viewer.problem.kind.value = shapes[done % len(shapes)]
+        viewer.worker.drain(60.0)
+        viewer.synergies.count.value = counts[done % len(counts)]
+        viewer.worker.drain(60.0)
+        if done in (1, changes // 4, changes // 2, changes):
+            spent = (time.process_time() - began) / done
+            print(
+                f"after {done} changes ({spent:.2f} s of processor time each): {resident_mb(os.getpid()):.0f} MB",
+                flush=True,
+            )
+
+
 def resident_mb(pid: int) -> float:
     """Return the resident memory of a process [MB]."""
     pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
@@ -106,9 +185,11 @@ def plan(viewer: GraspViewer) -> None:
     viewer.plan.plan.value = True
     until(lambda: viewer.planning.busy)
     until(lambda: not viewer.planning.busy)
+    try:  # what was found comes in a moment after the end
+        until(lambda: bool(viewer.session.results) and viewer.session.results[0].feasible, 10.0)
+    except TimeoutError:
+        raise SystemExit(f"a plan found no grasp: {viewer.plan.status.content}") from None
     viewer.worker.drain()
-    if not (viewer.session.results and viewer.session.results[0].feasible):
-        raise SystemExit(f"a plan found no grasp: {viewer.plan.status.content}")
 
 
 def watch_memory(viewer: GraspViewer, plans: int) -> None:
@@ -130,6 +211,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plans", type=int, default=1000, help="plans over which memory is watched")
     parser.add_argument("--clients", type=int, default=20, help="pages connected at once")
+    parser.add_argument("--changes", type=int, default=200, help="changes of the problem over which memory is watched")
+    parser.add_argument("--pixels", action="store_true", help="also measure a drag to new pixels of Chromium")
     arguments = parser.parse_args()
     viewer = GraspViewer(None, port=0)
     viewer.worker.drain()
@@ -137,6 +220,8 @@ def main() -> None:
     print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores", flush=True)
     show("drag to redraw, idle", drags(viewer))
     show(f"drag to redraw, {arguments.clients} pages connected", drags_with_pages(viewer, arguments.clients))
+    if arguments.pixels:
+        show("drag to new pixels", drags_to_pixels(viewer))
     easy = gp.GraspProblem.paper(gp.load_hand(), gp.Cylinder(), n_synergies=15)
     viewer.worker.submit(lambda: viewer.session.set_problem(easy))
     viewer.plan.enough.value, viewer.plan.starts.value = 50, 500
@@ -153,9 +238,12 @@ def main() -> None:
         until(lambda: not viewer.planning.busy)
         cancels.append(1e3 * (time.perf_counter() - began))
     print(f"cancel: {', '.join(f'{time_ms:.0f}' for time_ms in cancels)} ms", flush=True)
+    watch_changes(viewer, arguments.changes)
+    viewer.worker.submit(lambda: viewer.session.set_problem(easy))
     viewer.plan.enough.value, viewer.plan.starts.value = 1, 20
-    plan(viewer)
-    watch_memory(viewer, arguments.plans)
+    if arguments.plans:
+        plan(viewer)
+        watch_memory(viewer, arguments.plans)
     viewer.stop()
 
 

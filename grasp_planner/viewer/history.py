@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-MOST = 100
+MOST = 50
 """Changes that can be undone."""
 APART_S = 0.8
 """Changes of one kind that follow each other faster are one, such as those of a slider that is dragged [s]."""

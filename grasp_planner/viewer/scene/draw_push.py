@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pinocchio as pin
+import trimesh
 import viser
 
 from ...drawing import look
@@ -28,9 +29,18 @@ class PushDrawing:
             f"{ROOT}/push", none, instance_colours(look.PUSH), shaft_radius=0.0024, head_radius=0.006, head_length=0.012
         )
         self.handle = scene.add_icosphere(f"{ROOT}/push_ball", radius=0.007, color=look.PUSH)
-        self._held = scene.add_icosphere(
-            f"{ROOT}/push_held", radius=1.0, color=look.PUSH, opacity=0.08, cast_shadow=False, receive_shadow=False
+        ball = trimesh.creation.icosphere(subdivisions=4)
+        self._held = scene.add_mesh_simple(
+            f"{ROOT}/push_held",
+            np.array(ball.vertices),
+            np.array(ball.faces),
+            color=look.PUSH,
+            opacity=0.08,
+            side="back",  # so that it hides nothing of what is inside
+            cast_shadow=False,
+            receive_shadow=False,
         )
+        self._label = scene.add_label(f"{ROOT}/push_label", "", font_screen_scale=0.9, anchor="bottom-center")
         self.draw(None, 0.0)
 
     def draw(self, pushed: PushedGrasp | None, margin: float) -> None:
@@ -40,14 +50,16 @@ class PushDrawing:
             pushed: The answer to the push; None for none.
             margin: Largest push from the weakest side that is held [N].
         """
-        self._arrow.visible = self.handle.visible = pushed is not None
+        self._arrow.visible = self.handle.visible = self._label.visible = pushed is not None
         self._held.visible = pushed is not None and math.isfinite(margin)
         if self._held.visible:
             self._held.scale = PUSH_BEGINS + PUSH_SCALE * margin
         if pushed is not None:
             arrow = push_arrow(pushed.push)
             self._arrow.points = arrow[None].astype(np.float32)
-            self.handle.position = arrow[0]
+            self.handle.position = self._label.position = arrow[0]
+            # Seen through everything: the ball may be behind the hand.
+            self._label.text = f"push {np.linalg.norm(pushed.push):.2f} N"
 
 
 def finger_colours(grasp: Grasp, pushed: PushedGrasp) -> dict[str, look.Colour]:
