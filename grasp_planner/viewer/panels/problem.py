@@ -234,11 +234,18 @@ class ProblemPanel:
             for widget in self._sizes.values():
                 widget.remove()
             with self._object_folder:
-                self._sizes = {name: self._gui.add_number(name, 0.1, **size_range(name)) for name in values}
+                self._sizes = {
+                    name: self._gui.add_number(name, value, **size_range(name)) for name, value in values.items()
+                }
             for widget in self._sizes.values():
                 widget.on_update(self.typed)
         for name, value in values.items():
             self._set(f"size {name}", self._sizes[name], value)
+
+    def _size(self, name: str, value: float) -> viser.GuiNumberHandle[float]:
+        """Return a new widget of a size; it begins with its value, if that is in its range."""
+        limits = size_range(name)
+        return self._gui.add_number(name, min(max(value, limits["min"]), limits["max"]), **limits)
 
     def _tasks(self, base: GraspProblem, values: dict[str, Any], changed: set[str]) -> tuple[TaskDirection, ...]:
         """Return the tasks the widgets ask for."""

@@ -40,6 +40,7 @@ class SynergyPanel:
             "Close", 0.0, 2.0, 0.01, 2.0, marks=((0.0, "open"), (1.0, "touch"), (2.0, "held")), hint="Drag to the left"
         )
         self.count = gui.add_slider("Synergies n_s", 1, 15, 1, 3, hint="How many motor commands the hand has")
+        self._counted = int(self.count.value)
         self.springs = gui.add_checkbox("Springs", False, hint="The gap between motors and fingers, in newtons")
         self._words = gui.add_markdown("")
         self._folder = gui.add_folder("σ [rad]; the marks are joint limits")
@@ -73,26 +74,32 @@ class SynergyPanel:
         self.squeeze.disabled = session.automatic_squeeze
         if self._version != session.version:
             self._version = session.version
-            self._follow(session)
+            self._follow(session, ranges)
         for slider, limits in zip(self.sliders, ranges, strict=False):
             marks = limit_marks(limits)
             if slider._marks != marks:
                 slider._marks = marks
 
-    def _follow(self, session: Session) -> None:
+    def _follow(self, session: Session, ranges: list[SynergyRange]) -> None:
         """Have the widgets say what the state is."""
-        problem, live = session.problem, session.live
-        self._fit(problem)
-        for slider, value in zip(self.sliders, live.sigma, strict=True):
-            # A value the slider can't show is left to the numbers below it.
-            set_value(slider, float(np.clip(value, -REACH, REACH)))
-        set_value(self.count, problem.n_synergies)
+        problem = session.problem
+        # A value a slider can't show is left to the numbers below it.
+        values = np.clip(session.live.sigma, -REACH, REACH).tolist()
+        self._fit(problem, values, ranges)
+        for slider, value in zip(self.sliders, values, strict=True):
+            set_value(slider, value)
+        if self.count.value in (self._counted, problem.n_synergies):  # else picked meanwhile: its change is on its way
+            set_value(self.count, problem.n_synergies)
+            self._counted = problem.n_synergies
         set_value(self.story, 2.0)
         set_value(self.automatic, session.automatic_squeeze)
         set_value(self.squeeze, session.squeeze)
 
-    def _fit(self, problem: GraspProblem) -> None:
-        """Have one slider for every synergy."""
+    def _fit(self, problem: GraspProblem, values: list[float], ranges: list[SynergyRange]) -> None:
+        """Have one slider for every synergy.
+
+        Each begins with its value and marks: an update that came when it is gone again would be complained of.
+        """
         n_s = problem.n_synergies
         if len(self.sliders) == n_s and self.count.max == most_synergies(problem):
             return
@@ -100,7 +107,10 @@ class SynergyPanel:
         for slider in self.sliders:
             slider.remove()
         with self._folder:
-            self.sliders = [self._gui.add_slider(*_slider(problem, index)) for index in range(n_s)]
+            self.sliders = [
+                self._gui.add_slider(f"σ{index}", -REACH, REACH, 0.005, value, marks=marks_of(limits))
+                for index, (value, limits) in enumerate(zip(values, ranges, strict=True), start=1)
+            ]
         for slider in self.sliders:
             slider.on_update(lambda _: self._changed())
         self.which.options = tuple(str(index + 1) for index in range(n_s))
@@ -110,11 +120,6 @@ def most_synergies(problem: GraspProblem) -> int:
     """Return how many synergies the problem's set has."""
     full = problem.synergy_space or problem.hand.synergies(problem.synergy_set)
     return full.n_synergies
-
-
-def _slider(problem: GraspProblem, index: int) -> tuple[str, float, float, float, float]:
-    """Return label, range, step and value of the slider of a synergy."""
-    return f"σ{index + 1}", -REACH, REACH, 0.005, 0.0
 
 
 @dataclass(frozen=True)
@@ -162,6 +167,11 @@ def limit_marks(limits: SynergyRange) -> tuple[GuiSliderMark, ...]:
     if high - low < LABEL_WIDTH:  # Too near for two labels.
         return GuiSliderMark(low, f"{fixed(low)} … {fixed(high)}"), GuiSliderMark(high, None)
     return GuiSliderMark(low, fixed(low)), GuiSliderMark(high, fixed(high))
+
+
+def marks_of(limits: SynergyRange) -> tuple[float | tuple[float, str], ...]:
+    """Return the marks as a new slider takes them."""
+    return tuple(mark.value if mark.label is None else (mark.value, mark.label) for mark in limit_marks(limits))
 
 
 def limits_text(ranges: list[SynergyRange]) -> str:
