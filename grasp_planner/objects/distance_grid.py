@@ -15,7 +15,7 @@ import numpy as np
 from ..spatial import Array
 from .base import SurfaceSample
 from .simplify import simplified
-from .triangles import exact_distance
+from .triangles import exact_distance, nearest_points
 
 if TYPE_CHECKING:
     import trimesh
@@ -43,7 +43,7 @@ ATTEMPTS = 3
 PROBES = 4000
 """Points at which the error is measured …"""
 EDGE_PROBES, SHARP = 4000, np.radians(20.0)
-"""… and points on edges between triangles that lean by more than this angle."""
+"""… and points on edges between triangles that lean by more than this angle; as many at their ends, and near these."""
 SAFETY = 1.2
 """What the largest error of a sample is multiplied by to state the error."""
 
@@ -221,19 +221,25 @@ def measured_error(mesh: trimesh.Trimesh, grid: DistanceGrid) -> float:
     points, faces = trimesh.sample.sample_surface(mesh, PROBES, seed=0)
     lift = rng.uniform(0.0, 0.012, PROBES)
     lift[: PROBES // 2] = 0.0
-    points = np.vstack([np.asarray(points) + lift[:, None] * mesh.face_normals[faces], _edge_points(mesh, rng)])
+    points = np.vstack(
+        [np.asarray(points) + lift[:, None] * mesh.face_normals[faces], _edge_points(mesh, grid.axes.resolution, rng)]
+    )
     return SAFETY * float(np.abs(grid.sample(points).distance - exact_distance(mesh, points)).max())
 
 
-def _edge_points(mesh: trimesh.Trimesh, rng: np.random.Generator) -> Array:
-    """Return random points on the sharp edges of a mesh, where a grid is worst [m], of shape (n, 3)."""
+def _edge_points(mesh: trimesh.Trimesh, resolution: float, rng: np.random.Generator) -> Array:
+    """Return random points on sharp edges and within a cell of corners, where a grid is worst [m], of shape (n, 3)."""
     sharp = mesh.face_adjacency_edges[mesh.face_adjacency_angles > SHARP]
-    if len(sharp) == 0:
-        return np.zeros((0, 3))
-    start, end = mesh.vertices[sharp[:, 0]], mesh.vertices[sharp[:, 1]]
-    length = np.linalg.norm(end - start, axis=1)
-    chosen = rng.choice(len(sharp), EDGE_PROBES, p=length / length.sum())
-    return np.asarray(start[chosen] + rng.uniform(size=(EDGE_PROBES, 1)) * (end - start)[chosen])
+    vertices = np.asarray(mesh.vertices)
+    corners = vertices[rng.choice(np.unique(sharp) if len(sharp) else len(vertices), EDGE_PROBES)]
+    around = corners + rng.uniform(-resolution, resolution, corners.shape)
+    points = [corners, nearest_points(mesh, around).points]
+    if len(sharp):
+        start, end = vertices[sharp[:, 0]], vertices[sharp[:, 1]]
+        length = np.linalg.norm(end - start, axis=1)
+        chosen = rng.choice(len(sharp), EDGE_PROBES, p=length / length.sum())
+        points.append(start[chosen] + rng.uniform(size=(EDGE_PROBES, 1)) * (end - start)[chosen])
+    return np.vstack(points)
 
 
 def _distances(mesh: trimesh.Trimesh, axes: GridAxes) -> Array:

@@ -46,9 +46,9 @@ def parse_object(text: str) -> GraspObject:
     values: dict[str, Any] = {}
     for number, part in enumerate(filter(None, _NEXT.split(rest.rstrip(",")))):
         key, equals, value = (piece.strip() for piece in part.partition("="))
-        if "path" in known and number == 0 and not equals:
-            key, equals, value = "path", "=", key
         key = key.replace("-", "_")
+        if "path" in known and number == 0 and key not in known:
+            key, equals, value = "path", "=", part.strip()
         if not equals:
             raise InvalidValueError(f"object {kind}", part, f"key=value with a key out of {', '.join(known)}")
         if key not in known:

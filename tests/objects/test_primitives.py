@@ -148,6 +148,7 @@ def test_defaults_parse(kind):
         ("mesh:a.stl,mass=1,density=2", "one of the two"),
         ("mesh:a.stl,scale=0", "scale"),
         ("mesh:a\0.stl", "file name"),
+        ("mesh:a=b.stl", "file name without equals sign"),
     ],
 )
 def test_bad_texts_are_refused(text, part):

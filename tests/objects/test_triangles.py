@@ -112,6 +112,15 @@ def test_the_stated_error_is_no_less_than_the_measured_one():
         assert error <= grid.error, k
 
 
+def test_the_stated_error_counts_corners():
+    """Beside the corners of a large box the smooth distance is worst, and few random points come near."""
+    mesh = trimesh.creation.box((0.11, 0.15, 0.028))
+    grid = build_distance_grid(mesh, 1e-3)
+    depth = np.random.default_rng(5).uniform(0.0, 1e-3, (2000, 2))
+    beside = np.column_stack([np.full(2000, 0.055), 0.075 - depth[:, 0], 0.014 - depth[:, 1]])
+    assert grid.error >= np.abs(grid.sample(beside).distance).max() > 1.6e-4
+
+
 @pytest.fixture(scope="module")
 def bracket_problem(mesh_texts):
     return gp.GraspProblem(gp.load_hand("allegro_right"), gp.parse_object(mesh_texts["bracket"]))
