@@ -184,17 +184,15 @@ def test_rows_do_not_depend_on_the_number_of_workers(tmp_path):
 
 @pytest.mark.slow
 def test_a_study_grows_and_is_written(tmp_path):
-    settings = StudySettings(
-        object_kinds=("cylinder", "sphere"), counts=(15,), problems=1, contact_set="sphere", enough=1
-    )
+    settings = StudySettings(object_kinds=("cylinder",), counts=(15,), problems=1, contact_set="sphere", enough=1)
     run_study(settings, tmp_path)
     rows = load_study(tmp_path)
-    assert [row.key for row in rows] == [("native", "cylinder", 15, 0), ("native", "sphere", 15, 0)]
+    assert [row.key for row in rows] == [("native", "cylinder", 15, 0)]
     assert rows[0] == study_case(settings, rows[0].key)
     more = replace(settings, problems=2)
     run_study(more, tmp_path, workers=2)
     grown = load_study(tmp_path)
-    assert grown[:2] == rows
+    assert grown[:1] == rows
     assert [row.key for row in grown] == list(more.cases)
     assert all(row.normal_force_error < 0.1 and row.rest_displacement < 1e-3 for row in grown if row.rest_held)
     write_study(tmp_path, grown, more)
