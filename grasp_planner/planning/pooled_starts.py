@@ -40,7 +40,7 @@ def pooled_starts(
 
     def make(number: int) -> States:
         starts = [waiting.pop() if waiting else random_start(problem, rng) for _ in range(number)]
-        return _pressing(batched, starts)
+        return pressing_states(batched, starts)
 
     while True:
         pool = Pool(batched, WIDTH)
@@ -50,7 +50,7 @@ def pooled_starts(
             yield random_start(problem, rng)
 
 
-def _pressing(batched: BatchedProblem, starts: Sequence[GraspStart]) -> States:
+def pressing_states(batched: BatchedProblem, starts: Sequence[GraspStart]) -> States:
     """Return starts with contacts that press along their normals."""
     states = States(
         np.array([start.joint_angles for start in starts]),
