@@ -1,9 +1,9 @@
-"""Which requirement leaves no grasp: many random starts of phase one with one more requirement held at a time.
+"""Which requirement leaves no grasp: many random starts of phase one with one more requirement, or one less.
 
 Contacts on the surface, balance, friction cones, springs and joint limits are always held; the columns say what is held
-besides. A zero where the column of nothing has none tells what stands in the way. Prints a Markdown table.
+besides, or with ``--but`` what is left out of all. Prints a Markdown table of how many starts became feasible.
 
-Usage: python scripts/search_widely.py [--objects TEXT;TEXT] [--synergy-set NAME] [--counts 1,2,3] [--starts N]
+Usage: python scripts/search_widely.py [--objects TEXT;TEXT] [--synergy-set NAME] [--counts 1,2,3] [--starts N] [--but]
 """
 
 from __future__ import annotations
@@ -20,15 +20,26 @@ from grasp_planner.planning.pooled_starts import WIDTH, pressing_states
 from grasp_planner.planning.starts import random_start
 
 PLAIN, NO_LOADS = gp.ClearanceOptions.off(), gp.LoadCases.off()
+ALL = gp.ClearanceOptions(remark1=True)
 HELD = {
     "nothing": (PLAIN, NO_LOADS),
     "loads": (PLAIN, gp.LoadCases()),
     "tips": (replace(PLAIN, tip_patch=True), NO_LOADS),
     "links and object": (replace(PLAIN, link_object="geometry"), NO_LOADS),
     "links and links": (replace(PLAIN, self_collision=True), NO_LOADS),
-    "all": (gp.ClearanceOptions(), gp.LoadCases()),
+    "order (Remark 1)": (replace(PLAIN, remark1=True), NO_LOADS),
+    "all": (ALL, gp.LoadCases()),
 }
 """What is held besides, by what the columns are called."""
+LEFT_OUT = {
+    "nothing": (ALL, gp.LoadCases()),
+    "loads": (ALL, NO_LOADS),
+    "tips": (replace(ALL, tip_patch=False), gp.LoadCases()),
+    "links and object": (replace(ALL, link_object="off"), gp.LoadCases()),
+    "links and links": (replace(ALL, self_collision=False), gp.LoadCases()),
+    "order (Remark 1)": (replace(ALL, remark1=False), gp.LoadCases()),
+}
+"""What is left out of all."""
 
 
 def found(problem: gp.GraspProblem, starts: int, seed: int) -> int:
@@ -53,14 +64,15 @@ def main() -> None:
     parser.add_argument("--counts", default="3")
     parser.add_argument("--starts", type=int, default=480)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--but", action="store_true", help="all but what the column says")
     arguments = parser.parse_args()
-    hand = gp.load_hand(arguments.hand)
-    print(f"| object | n_s | {' | '.join(HELD)} |")
-    print("|---" * (2 + len(HELD)) + "|")
+    hand, columns = gp.load_hand(arguments.hand), LEFT_OUT if arguments.but else HELD
+    print(f"| object | n_s | {' | '.join(columns)} |")
+    print("|---" * (2 + len(columns)) + "|")
     for text in arguments.objects.split(";"):
         for count in arguments.counts.split(","):
             cells = []
-            for clearance, loads in HELD.values():
+            for clearance, loads in columns.values():
                 problem = gp.GraspProblem(
                     hand,
                     gp.parse_object(text),

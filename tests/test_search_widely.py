@@ -25,7 +25,22 @@ def test_columns_hold_what_they_say(right):
     assert more["links and object"] == {"link_object"}
     assert more["links and links"] == {"self_collision"}
     assert more["loads"] and all(name.startswith("load_") for name in more["loads"])
+    assert more["order (Remark 1)"] == {"abduction_order"}
     assert set().union(*more.values()) <= more["all"]
+    for name, (clearance, loads) in script.LEFT_OUT.items():
+        left = script.HELD[name]
+        off, on = (script.PLAIN, script.NO_LOADS), (script.ALL, gp.LoadCases())
+        changed = [
+            field
+            for field in ("link_object", "self_collision", "tip_patch", "remark1")
+            if getattr(clearance, field) != getattr(on[0], field)
+        ]
+        assert changed == [
+            field
+            for field in ("link_object", "self_collision", "tip_patch", "remark1")
+            if getattr(left[0], field) != getattr(off[0], field)
+        ]
+        assert loads.active == (name != "loads")
 
 
 def test_it_prints_what_it_found(monkeypatch, capsys):
