@@ -27,7 +27,7 @@ def plan(text: str, *, contact_set: str = "sphere", n_synergies: int = 15, start
         gp.parse_object(text),
         n_synergies=n_synergies,
         contact_set=contact_set,
-        clearance=gp.ClearanceOptions(**options),
+        clearance=gp.ClearanceOptions(remark1=True, **options),
     )
     return gp.plan_grasp(given, seed=1, options=gp.PlannerOptions(starts=starts, enough=1, max_iterations=120))
 

@@ -11,7 +11,7 @@ from tests.judge_model import FINGERS, placed
 from tests.stored import stored
 from tests.test_judge import with_problem
 
-ALL = gp.ClearanceOptions(ground=-0.03)
+ALL = gp.ClearanceOptions(ground=-0.03, remark1=True)
 TOUCHING = {f"{finger}_{part}" for finger in FINGERS for part in ("distal", "pad")}
 
 
@@ -88,7 +88,7 @@ def test_links_in_a_ball(name, shift):
 @pytest.mark.parametrize("shift", [*SHIFTS, "onto a joint"])
 def test_joint_centres_in_a_ball(shift):
     """Remark 2 by joint centres: the depth of the deepest of all 20 of them."""
-    options = gp.ClearanceOptions(link_object="joint_centres", self_collision=False, tip_patch=False, remark1=False)
+    options = gp.ClearanceOptions(link_object="joint_centres", self_collision=False, tip_patch=False)
     onto = isinstance(shift, str)
     if onto:
         data, root = placed(moved("round_sphere", options))
@@ -183,7 +183,7 @@ def test_some_overhang_is_seen():
 def test_order_of_abduction(hand, k):
     """Each pair of neighbours in the wrong order by 0.1 rad, every other pair in the right one."""
     names = ("index_abd", "middle_abd", "ring_abd", "little_abd")
-    problem = gp.GraspProblem(gp.load_hand(hand), gp.Cylinder())
+    problem = gp.GraspProblem(gp.load_hand(hand), gp.Cylinder(), clearance=gp.ClearanceOptions(remark1=True))
     angles = np.array([-0.1, 0.0, 0.1, 0.2])
     pose = gp.standard_start(problem).palm_pose
 

@@ -103,7 +103,7 @@ def grasp(right):
         right,
         gp.Cylinder(),
         loads=gp.LoadCases(max_force_norm=100.0),
-        clearance=gp.ClearanceOptions(ground=-0.2),
+        clearance=gp.ClearanceOptions(ground=-0.2, remark1=True),
         **SIDES,
     )
     q = 0.5 * (right.lower + right.upper)

@@ -86,7 +86,7 @@ PROBLEMS = {
         ),
     ),
     "clearance": lambda: gp.GraspProblem(
-        RIGHT, gp.Box(), clearance=gp.ClearanceOptions(ground=-0.1 / 3, margin=1e-3 / 3, remark1=False)
+        RIGHT, gp.Box(), clearance=gp.ClearanceOptions(ground=-0.1 / 3, margin=1e-3 / 3, remark1=True)
     ),
     "joint centres": lambda: gp.GraspProblem(RIGHT, gp.Box(), clearance=gp.ClearanceOptions.named("joint_centres")),
 }

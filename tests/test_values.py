@@ -88,7 +88,7 @@ CHANGES = {
     "task": [{"weight": 0.6}, {"kind": "torque"}, {"direction": np.eye(6)[0]}],
     "parameters": [{"friction": 0.5}, {"gravity": np.array([0.0, 1.0, 2.5])}, {"joint_compliance": (0.1, 0.3)}],
     "loads": [{"force": 2.0}, {"wrenches": ()}],
-    "clearance": [{"ground": None}, {"remark1": False}],
+    "clearance": [{"ground": None}, {"remark1": True}],
     "cylinder": [{"radius": 0.031}, {"mass": 0.3}, {"caps": 1}],
     "synergies": [{"mean": np.zeros(15)}, {"name": "other"}],
     "start": [{"joint_angles": np.zeros(15)}, {"palm_pose": pin.SE3.Identity()}, {"prepared": True}],

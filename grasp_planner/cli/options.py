@@ -73,7 +73,7 @@ GRASP_OPTIONS = (
         "--clearance",
         type=click.Choice(CLEARANCES),
         default=None,
-        help="What keeps clear: links of the object and of each other with Remark 1; joint centres of the object "
+        help="What keeps clear: links of the object and of each other; joint centres of the object "
         "with Remark 1, the paper's own; nothing, the paper's plain problem [default: links; none with --paper].",
     ),
     click.option(

@@ -17,7 +17,7 @@ CLEARANCES = ("links", "joint_centres", "none")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ClearanceOptions(Value):
-    """What has to keep clear of what; everything is on unless switched off, the ground excepted.
+    """What has to keep clear of what; everything is on unless switched off, Remark 1 and the ground excepted.
 
     Attributes:
         link_object: Remark 2: the links' real ``geometry`` stays outside the object, only their ``joint_centres``
@@ -26,7 +26,9 @@ class ClearanceOptions(Value):
         tip_patch: Whether a touching finger may touch with the end of its tip only: n·a ≥ 0 with n the contact
             normal into the object and a the axis of the last link towards its tip. A spherical fingertip that is
             the end cap of its link's capsule then keeps the whole link outside a convex object.
-        remark1: Whether the abduction angles of the fingers keep their order (Remark 1).
+        remark1: Whether the abduction angles of the fingers keep their order (Remark 1), the paper's stand-in for
+            fingers that keep clear of each other: it forbids them to come nearer towards their tips, which small
+            objects ask for.
         margin: Distance kept by everything that must not touch [m].
         ground: Height of a half-space no link may enter, along the direction opposite to gravity in O [m];
             None for no ground.
@@ -41,7 +43,7 @@ class ClearanceOptions(Value):
     )
     self_collision: bool = setting(True, "Whether fingers keep clear of each other and of the palm.")
     tip_patch: bool = setting(True, "Whether a finger may touch with the end of its tip only.")
-    remark1: bool = setting(True, "Remark 1: whether the abduction angles of the fingers keep their order.")
+    remark1: bool = setting(False, "Remark 1: whether the abduction angles of the fingers keep their order.")
     margin: float = setting(
         5e-4,
         "Distance kept by everything that must not touch.",
@@ -75,12 +77,12 @@ class ClearanceOptions(Value):
             raise NameNotFoundError("clearance", str(name), CLEARANCES)
         if name == "none":
             return cls.off()
-        return cls(link_object="geometry" if name == "links" else "joint_centres")
+        return cls() if name == "links" else cls(link_object="joint_centres", remark1=True)
 
     @classmethod
     def off(cls) -> ClearanceOptions:
         """Return the options of the paper's plain problem (29)–(32): nothing is avoided."""
-        return cls(link_object="off", self_collision=False, tip_patch=False, remark1=False)
+        return cls(link_object="off", self_collision=False, tip_patch=False)
 
     @property
     def needs_geometry(self) -> bool:

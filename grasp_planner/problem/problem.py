@@ -48,7 +48,7 @@ class GraspProblem(Value):
         synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances).
         contact_set: Name of the contact set; the hand's first if None.
         synergy_space: Synergies to use instead of a named set.
-        clearance: What has to keep clear of what: by default links of the object and of each other, with Remark 1.
+        clearance: What has to keep clear of what: by default links of the object and of each other.
         contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
         loads: Disturbances and limits to withstand: by default a push of 1 N from any side, in cones of μ/1.2.
         costs: The user's own costs beside w_F F + w_C C (C without weights), as ``MyCost().weighted(0.1)``.

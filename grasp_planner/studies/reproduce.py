@@ -144,7 +144,7 @@ def cell_problem(
         ),
         synergy_set=synergy_set,
         contact_set="point",
-        clearance=ClearanceOptions() if clearance else ClearanceOptions.off(),
+        clearance=ClearanceOptions(remark1=True) if clearance else ClearanceOptions.off(),
     )
 
 

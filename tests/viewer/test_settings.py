@@ -44,7 +44,7 @@ OTHERS = {
     "clearance.link_object": "joint_centres",
     "clearance.self_collision": False,
     "clearance.tip_patch": False,
-    "clearance.remark1": False,
+    "clearance.remark1": True,
     "clearance.margin": 0.002,
     "clearance.ground": -0.2,
     "loads.force": 0.5,
