@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ..exceptions import InvalidValueError
 from ..files.reading import MESH_SUFFIXES
+from ..files.writing import write_bytes
 from ..hand.loading import LoadedHand, loaded_hand
 from ..objects import GraspObject, MeshObject
 
@@ -90,5 +91,5 @@ class Uploads:
         if self._folder is None:
             self._folder = tempfile.TemporaryDirectory(prefix="grasp-")
         path = Path(self._folder.name) / f"{hashlib.sha256(content).hexdigest()[:16]}{ending}"
-        path.write_bytes(content)
+        write_bytes(path, content)
         return path

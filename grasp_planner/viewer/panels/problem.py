@@ -229,14 +229,13 @@ class ProblemPanel:
         """Show shape and sizes."""
         self._set("kind", self.kind, grasp_object.kind)
         values = {field.name: getattr(grasp_object, field.name) for field in fields(grasp_object)}
-        values = {name: float(value) for name, value in values.items() if isinstance(value, int | float)}
+        numbers = {name: float(value) for name, value in values.items() if isinstance(value, int | float)}
+        values = {name: value for name, value in numbers.items() if math.isfinite(value)}  # infinite: no bound
         if tuple(values) != tuple(self._sizes):
             for widget in self._sizes.values():
                 widget.remove()
             with self._object_folder:
-                self._sizes = {
-                    name: self._gui.add_number(name, value, **size_range(name)) for name, value in values.items()
-                }
+                self._sizes = {name: self._size(name, value) for name, value in values.items()}
             for widget in self._sizes.values():
                 widget.on_update(self.typed)
         for name, value in values.items():
