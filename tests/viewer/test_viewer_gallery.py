@@ -65,7 +65,7 @@ def test_a_card_tells_force_angle_and_closing_and_a_click_shows_it(viewer, grasp
     assert viewer.session.shown == 1
     assert (best.color, last.color) == ("gray", "green")
     viewer.worker.submit(lambda: viewer.session.results.clear())
-    viewer.worker.submit(viewer._mark_dirty)
+    viewer.worker.submit(viewer.session.mark_dirty)
     settle(viewer)
     assert not gallery.buttons
 
