@@ -68,8 +68,8 @@ def differences(term, given, evaluator, x, step=1e-6):
 def check_derivatives(given: gp.GraspProblem, count: int, names: set[str] = TERMS) -> None:
     """Compare every clearance term with central differences; one row in fifty may sit on a switch.
 
-    Of hulls deep inside the object coal knows the normal to 1e-3 only, at times less well, and outside of curved objects
-    to 1e-4.
+    Of hulls deep inside the object coal knows the normal to 1e-3 only, at times less well, and outside of curved
+    objects to 1e-4.
     """
     round_links = all(shape.geometry is None for shape in link_shapes(given.hand))
     terms = [term for term in problem_constraints(given) if term.name in names]
