@@ -43,7 +43,7 @@ def test_a_first_visit_from_the_grasp_to_a_file_takes_few_actions(browser, viewe
 def test_the_hand_is_in_sight_beside_the_panel_on_small_screens(browser, viewer, size):
     page = Page(browser, f"{viewer.url}/?fixedDpr=1", size=size)
     page.page.wait_for_function("window.graspViewerFit && window.graspViewerFit.changed")
-    page.page.wait_for_timeout(500)
+    page.page.wait_for_timeout(1500)
     panel = page.page.locator(".mantine-Paper-root:has([role=tablist])").bounding_box()
     below = panel["width"] > 0.9 * size[0]
     right, bottom = (size[0], panel["y"]) if below else (panel["x"], size[1])
