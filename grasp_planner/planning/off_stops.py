@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..grasp.grasp import Grasp
+from .attempt import WORTH_POLISHING
 from .nlp import solve_nlp
 from .phase_one import polish
 from .program import GraspProgram, joint_bounds
@@ -20,8 +21,6 @@ STOP_RESERVE = math.radians(2.1)
 """How far from its stops a joint is held [rad]: two degrees, and a little that a last correction may take."""
 MORE_ANGLE_DEG, MORE_TASK = 5.0, 2.0
 """Angle that a task may lose against its ellipsoid [degrees], and factor by which C may grow, for a free joint."""
-WORTH_POLISHING = 0.05
-"""Largest scaled violation that a last least-squares solve may remove."""
 ROUNDING = 1e-3
 """Share of the reserve that counts as rounding."""
 
