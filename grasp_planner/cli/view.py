@@ -65,14 +65,14 @@ def view(
     elif result is not None:
         grasp = opened_grasp(result, hand)
     viewer = GraspViewer(grasp, host=host, port=port, allow_remote=allow_remote, token=token, rows=rows)
-    if host not in LOOPBACK:
-        click.echo(
-            f"Warning: whoever has the address below and can reach {host} can see and steer this page.", err=True
-        )
-    click.echo(f"The viewer is at {viewer.url}; press Ctrl+C to end it.")
-    if not no_open:
-        webbrowser.open(viewer.url)
     try:
+        if host not in LOOPBACK:
+            click.echo(
+                f"Warning: whoever has the address below and can reach {host} can see and steer this page.", err=True
+            )
+        click.echo(f"The viewer is at {viewer.url}; press Ctrl+C to end it.")
+        if not no_open:
+            webbrowser.open(viewer.url)
         threading.Event().wait()
     except KeyboardInterrupt:
         click.echo("")

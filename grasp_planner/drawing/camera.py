@@ -46,23 +46,23 @@ def good_view(grasp: Grasp) -> tuple[Array, Array]:
         for rise in ELEVATIONS
         for turn in np.linspace(0.0, 2.0 * np.pi, AZIMUTHS, endpoint=False)
     ]
-    scores = [_score(grasp, target + distance * direction, cloud) for direction in candidates]
+    scores = _scores(grasp, target + distance * np.array(candidates), cloud)
     return fitted(corners, candidates[int(np.argmax(scores))], FIELD_OF_VIEW, ASPECT)
 
 
-def _score(grasp: Grasp, eye: Array, cloud: Array) -> float:
-    """Return how many contacts are seen, and slightly how well task and forces lie across the view."""
-    seen = 0.0
+def _scores(grasp: Grasp, eyes: Array, cloud: Array) -> Array:
+    """Return how many contacts each eye sees, and slightly how well task and forces lie across its view."""
+    views = -eyes / np.linalg.norm(eyes, axis=1, keepdims=True)
+    scores = 1.5 * (1.0 - np.abs(views @ _task_direction(grasp))) - 0.5 * np.abs(views[:, 2])
     for point, normal in zip(grasp.contacts.points, grasp.contacts.normals, strict=True):
-        ray = point - eye
-        length = float(np.linalg.norm(ray))
-        ray = ray / length
-        along = (cloud - eye) @ ray
-        away = np.linalg.norm(cloud - eye - along[:, None] * ray, axis=1)
-        hiding = (away < NARROW) & (along < length - 1e-3) & (np.linalg.norm(cloud - point, axis=1) > OWN_LINK)
-        seen += 0.0 if hiding.any() else 1.0 + 0.3 * float(1.0 - abs(normal @ ray))
-    view = -eye / np.linalg.norm(eye)
-    return seen + 1.5 * float(1.0 - abs(view @ _task_direction(grasp))) - 0.5 * abs(float(view[2]))
+        rays = (point - eyes) / np.linalg.norm(point - eyes, axis=1, keepdims=True)
+        beside = cloud - point
+        distances = np.linalg.norm(beside, axis=1)
+        beside, distances = beside[distances > OWN_LINK], distances[distances > OWN_LINK]
+        along = beside @ rays.T
+        hiding = (along < -1e-3) & (distances[:, None] ** 2 - along**2 < NARROW**2)
+        scores += np.where(hiding.any(axis=0), 0.0, 1.0 + 0.3 * (1.0 - np.abs(rays @ normal)))
+    return scores
 
 
 def _task_direction(grasp: Grasp) -> Array:

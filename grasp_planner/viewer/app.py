@@ -44,7 +44,6 @@ from .scene.picture3d import Picture
 from .scripts import page_scripts
 from .server import LocalServer
 from .session import Session
-from .state_link import LinkedState
 from .worker import Worker
 
 if TYPE_CHECKING:
@@ -113,7 +112,7 @@ class GraspViewer:
         )
         self.run: RunControl | None = None
         if rows is not None:
-            self.run = RunControl(self.session, rows, self.run_panel, self.animator.stop, self.picture.aim)
+            self.run = RunControl(self.session, rows, self.run_panel, self.animator.stop)
         self.edits = ProblemEdits(self.session, self.problem, self.synergies, self.animator.stop)
         self._connect()
         for script in page_scripts("Grasp viewer"):
@@ -214,7 +213,7 @@ class GraspViewer:
         if self.run is not None:
             self.run.connect(self._later)
         self.files.connect(self.edits, self._later, lambda: self._look(None))
-        self.links = PageLinks(self.server, self.run, self._later, self._open_state)
+        self.links = PageLinks(self.server, self.run, self._later, self.control.open_state, self._aim)
         add_commands(
             self.server.gui,
             self._later,
@@ -285,11 +284,9 @@ class GraspViewer:
             self._look(None)
         self.server.show_used_values()
 
-    def _open_state(self, state: LinkedState) -> None:
-        """Show what a link opens."""
-        self.control.open_state(state)
-        # The page that was opened is not there yet and will look from here.
-        self.picture.aim(self.session.grasp)
+    def _aim(self) -> None:
+        """Have the pages to come begin with a good view on the grasp shown."""
+        self.picture.aim(self.session.grasp, object_pose=self.session.live.object_pose)
 
     def _look(self, client: viser.ClientHandle | None) -> None:
         """Move the camera of a page, of all without one, to a good view."""

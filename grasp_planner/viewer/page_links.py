@@ -38,6 +38,7 @@ class PageLinks:
         run: RunControl | None,
         later: Callable[..., None],
         open_state: Callable[[LinkedState], None],
+        aim: Callable[[], None],
     ) -> None:
         """Listen to pages that are opened.
 
@@ -46,8 +47,9 @@ class PageLinks:
             run: The batch run that is gone through, if there is one.
             later: Has the worker do something.
             open_state: Shows a state; called in the worker's thread.
+            aim: Points the camera that pages start with at what is shown; called in the worker's thread.
         """
-        self._run, self._later, self._open_state = run, later, open_state
+        self._run, self._later, self._open_state, self._aim = run, later, open_state, aim
         self._greeting, self._forget = "", False
         server.page_asked = self._asked
         server.on_client_connect(self._greet)
@@ -56,6 +58,8 @@ class PageLinks:
         """Take in the query of a page that is being opened."""
         if "row" in query or is_state(query):
             self._later(lambda: self._open(query))
+        # The page is not there yet and will look from here, whatever has been shown since the last one came.
+        self._later(self._aim)
 
     def _open(self, query: dict[str, str]) -> None:
         """Show the row or the state; runs in the worker's thread."""

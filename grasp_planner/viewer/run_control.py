@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..exceptions import InvalidValueError
-from ..grasp.grasp import Grasp
 from .panels.run import RunPanel
 from .session import Session
 
@@ -27,10 +26,9 @@ class RunControl:
         rows: RunRows,
         panel: RunPanel,
         stop_animation: Callable[[], None],
-        aim: Callable[[Grasp], None],
     ) -> None:
         self._session, self.rows, self.panel = session, rows, panel
-        self._stop_animation, self._aim = stop_animation, aim
+        self._stop_animation = stop_animation
         panel.show(rows)
 
     def connect(self, later: Later) -> None:
@@ -97,5 +95,3 @@ class RunControl:
             raise InvalidValueError("row", row[:20], f"a whole number from 0 to {self.rows.cases - 1}")
         self.rows.select(int(row))
         self.show()
-        # The page that was opened is not there yet and will look from here.
-        self._aim(self._session.grasp)

@@ -40,8 +40,8 @@ class LocalServer(viser.ViserServer):
 
     Attributes:
         upload_limits: Largest upload of a button [bytes], by its id; that of a grasp file where it is not here.
-        page_asked: Called with the query of the address (such as ``?row=3``) when a person opens the page; from the
-            thread of the network.
+        page_asked: Called with the query of the address (such as ``?row=3``) when a person opens the page, empty for
+            none; from the thread of the network.
     """
 
     def __init__(
@@ -104,12 +104,11 @@ class LocalServer(viser.ViserServer):
         """Pass on the query of a page that a person opens; not of what another page fetches or embeds."""
         address = urlsplit(request.path)
         navigation = request.headers.get("Sec-Fetch-Mode"), request.headers.get("Sec-Fetch-Dest")
-        if address.path == "/" and address.query and navigation == ("navigate", "document"):
+        if address.path == "/" and navigation == ("navigate", "document"):
             # The line of a request has 8 kB at most; a link that were cut would mean something else.
             query = dict(parse_qsl(address.query, keep_blank_values=True))
             query.pop("token", None)
-            if query:
-                self.page_asked(query)
+            self.page_asked(query)
 
     def _guard(self) -> None:
         """Put checks in front of the handlers of everything that a page can send."""

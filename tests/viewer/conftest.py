@@ -63,6 +63,8 @@ def viewer(shared_viewer, grasp):
         session.results, session.pinned, session.seed, session.selected = [], None, None, None
         session.automatic_squeeze = True
         session.show(grasp, "test")
+        # A page looks from where this points, and a busy machine may come to it after the page has.
+        shared_viewer.picture.aim(grasp)
 
     shared_viewer.worker.submit(reset)
     shared_viewer.synergies.move_hand.value = shared_viewer.synergies.move_object.value = False

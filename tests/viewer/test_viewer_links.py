@@ -10,6 +10,7 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.drawing.camera import good_view
 from grasp_planner.viewer.state_link import is_state, parse_state, state_query
 
 from ..stored import stored
@@ -127,3 +128,17 @@ def test_a_broken_link_changes_nothing_and_says_so(viewer):
     navigate(viewer, "friction=nonsense")
     until(lambda: "friction" in viewer.share.last_error)
     assert viewer.session.grasp is before
+
+
+def test_a_page_that_is_opened_looks_at_what_is_shown_by_then(viewer):
+    camera, there = (
+        viewer.server.initial_camera,
+        pin.SE3(pin.exp3(np.array([0.0, 0.0, 1.0])), np.array([0.0, 0.7, 0.2])),
+    )
+    viewer.worker.submit(lambda: viewer.session.show(stored("clear"), object_pose=there))
+    assert viewer.worker.drain()
+    assert np.linalg.norm(camera.look_at - there.translation) > 0.3, "no page asked yet"
+    navigate(viewer, "")
+    until(lambda: np.linalg.norm(camera.look_at - there.translation) < 0.15)
+    assert viewer.worker.drain()
+    np.testing.assert_allclose(there.actInv(camera.position), good_view(stored("clear"))[0], atol=1e-9)

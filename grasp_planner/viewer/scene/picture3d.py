@@ -108,11 +108,12 @@ class Picture:
             self._clickable = not self._clickable
             self._bind_clicks()
 
-    def aim(self, grasp: Grasp, *, aside: float = 0.0) -> None:
+    def aim(self, grasp: Grasp, *, object_pose: Pose | None = None, aside: float = 0.0) -> None:
         """Point the start camera at a grasp: where most of its contacts are seen.
 
         Args:
             grasp: The grasp.
+            object_pose: Pose of the object in the world; identity if left out.
             aside: How far to the right of the middle the grasp is to be seen, as a share of its distance.
         """
         position, target = good_view(grasp)
@@ -120,6 +121,8 @@ class Picture:
             right = np.cross(target - position, [0.0, 0.0, 1.0])
             shift = aside * np.linalg.norm(target - position) * right / np.linalg.norm(right)
             position, target = position - shift, target - shift
+        if object_pose is not None:
+            position, target = object_pose.act(position), object_pose.act(target)
         initial = self._server.initial_camera
         initial.position, initial.look_at = tuple(position), tuple(target)
         initial.fov = FIELD_OF_VIEW
