@@ -18,6 +18,7 @@ from grasp_planner.cli.main import main
 from grasp_planner.hand.description import HandDescription
 
 from .documents import PAGES, ROOT, blocks, code_spans, command_lines
+from .processes import interruptible
 
 WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
 COMMANDS = [(block.name, line) for page in PAGES for block in blocks(page) for line in command_lines(block)]
@@ -175,14 +176,7 @@ def test_the_quick_start_works_as_printed(number, tmp_path):
 
 def check_viewer(command, folder):
     """Start the viewer, read its page and end it as Ctrl+C does."""
-    # Tests that run in the background inherit an ignored SIGINT; the viewer needs the usual one.
-    viewer = subprocess.Popen(
-        [*command, "--no-open", "--port", "0"],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
+    viewer = interruptible([*command, "--no-open", "--port", "0"], cwd=folder)
     try:
         url = re.search(r"http://\S+[^;\s]", viewer.stdout.readline()).group()
         with urllib.request.urlopen(url, timeout=30) as answer:

@@ -2,7 +2,6 @@
 
 import json
 import signal
-import subprocess
 import time
 
 import psutil
@@ -10,6 +9,7 @@ import pytest
 
 from grasp_planner.batch import load_row, load_table
 from grasp_planner.batch.rows import columns
+from tests.processes import interruptible
 from tests.scripts import load_script
 
 CASES = 80
@@ -21,7 +21,7 @@ blocks: [{{product: {{seed: {{from: 0, to: {CASES - 1}}}}}}}]
 
 def start(command, spec, folder, *options):
     words = command("batch", spec, "--out", folder, "--workers", 2, *options)
-    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return interruptible(words)
 
 
 def workers_of(process):

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -15,6 +14,8 @@ from grasp_planner import PlannerOptions, grasp_json
 from grasp_planner.cli.main import main
 from grasp_planner.viewer import planning
 from grasp_planner.viewer.planning import PlanEvents, PlanningProcess, PlanRequest
+
+from ..processes import interruptible
 
 
 @pytest.fixture
@@ -69,7 +70,7 @@ def test_a_file_that_is_no_grasp_is_refused(tmp_path):
 def test_view_serves_the_page_until_it_is_interrupted(saved, remote):
     command = [sys.executable, "-m", "grasp_planner", "view", str(saved), "--no-open", "--port", "0"]
     command += ["--host", "0.0.0.0", "--allow-remote"] if remote else []
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = interruptible(command)
     try:
         line = process.stdout.readline()
         url = line.split()[4].rstrip(";")
