@@ -45,7 +45,8 @@ def test_sets_are_compared_by_how_well_they_close(right):
     assert result.exit_code == 0, result.output
     rows = {cells[0]: cells for line in result.output.splitlines() if (cells := line.split())}
     for name in right.synergy_set_names:
-        assert rows[name][1] == "3"
+        enough = right.synergies(name).n_synergies >= 3
+        assert (rows[name][1] == "3") if enough else (name not in rows)
     # The default set reaches the paper's cylinder with three synergies, every force within its cone.
     assert float(rows["santello"][-2]) < 0.5
     assert float(rows["santello"][-1]) > 0.0

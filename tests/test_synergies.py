@@ -10,9 +10,16 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.synergies.space import synergies_from_covariance
 
+from .scripts import load_script
+
 NAMES = ("a", "b", "c", "d")
 SYNERGIES = Path(gp.__file__).parents[1] / "urdf" / "dlr_hit_ii" / "synergies"
 SHIPPED = ("santello", "uji", "santello_clear")
+THUMBS = {
+    "dlr_hit_ii": ("thumb_abd", "thumb_mcp", "thumb_pip"),
+    "allegro": ("joint_12.0", "joint_13.0", "joint_14.0", "joint_15.0"),
+}
+"""Joints of the thumbs, by hand."""
 
 
 def random_space(n: int = 4, *, variance: bool = True) -> gp.SynergySpace:
@@ -214,3 +221,23 @@ def test_first_synergy_closes_all_fingers_and_moves_the_thumb(name):
     first = dict(zip(space.joint_names, space.basis[:, 0], strict=True))
     assert len({first[f"{finger}_mcp"] > 0.0 for finger in ("index", "middle", "ring", "little")}) == 1
     assert np.linalg.norm([first[f"thumb_{joint}"] for joint in ("abd", "mcp", "pip")]) > 0.1
+
+
+@pytest.mark.parametrize("name", ["dlr_hit_ii_right", "dlr_hit_ii_left", "allegro_right"])
+def test_two_motors_move_the_thumb_and_all_other_fingers(name):
+    hand = gp.load_hand(name)
+    space, whole = hand.synergies("thumb_and_fingers"), hand.synergies("native_clear").truncated(1)
+    assert space.n_synergies == 2
+    np.testing.assert_array_equal(space.mean, whole.mean)
+    moved = space.basis != 0.0
+    assert not (moved[:, 0] & moved[:, 1]).any(), "no joint has two motors"
+    thumb = {joint for joint, on in zip(space.joint_names, moved[:, 0], strict=True) if on}
+    assert thumb == set(THUMBS[hand.name.rpartition("_")[0]])
+    # What one motor of the whole set reaches, two motors do.
+    outside = whole.basis[:, 0] - space.basis @ (space.basis.T @ whole.basis[:, 0])
+    assert np.abs(outside).max() < 1e-12
+
+
+def test_the_script_makes_the_sets_of_two_motors_that_are_there(monkeypatch):
+    monkeypatch.setattr("sys.argv", ["make_motor_sets.py", "--check"])
+    assert load_script("make_motor_sets").main() == 0

@@ -105,7 +105,7 @@ def compare_command(hand: str, object_text: str, counts: str, seed: int) -> None
     thing = parse_object(object_text)
     for name in track(loaded.synergy_set_names, "fitting", console=console, transient=True):
         space = loaded.synergies(name)
-        for n_s in numbers:
+        for n_s in (number for number in numbers if number <= space.n_synergies):
             fit = closing_fit(GraspProblem.paper(loaded, thing, n_synergies=n_s, synergy_set=name), seed)
             table.add_row(name, str(n_s), _share(space, n_s), f"{1e3 * fit.gap:.2f}", f"{fit.cone_share:+.2f}")
     console.print(table)

@@ -1,12 +1,11 @@
-"""The best squeeze: δσ, or contact forces, that hold the object with the least force at the contacts as they are."""
+"""The best squeeze: what motors can do to hold the object with the least force at the contacts as they are."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import null_space
 
 from ..grasp.grasp import Grasp
-from ..grasp.squeeze import balanced
+from ..judge.load_check import command_matrix
 from ..model.compliance import internal_forces
 from ..model.force_closure import solve_cone_program
 from ..spatial import Array
@@ -18,10 +17,11 @@ ROOM = 1e-5
 def best_squeeze(grasp: Grasp) -> Array | None:
     """Return the δσ of least F with every contact force in its friction cone; where springs make the forces, these.
 
-    A second-order cone program in (δσ, F), exact for the contacts and the Jacobian of the grasp; eq. (17), (30).
+    A second-order cone program in (δσ, F), exact for the contacts and the Jacobian of the grasp; eq. (17), (30). Where
+    springs make the forces, motors change them by P Δσ from what they are, and by nothing else.
 
     Args:
-        grasp: The grasp; its own squeeze is not used.
+        grasp: The grasp; by (17) its own squeeze is not used.
 
     Returns:
         δσ [rad], of shape (n_s,), or intensities of the contacts [N], of shape (n_c, d); None if there are none.
@@ -29,8 +29,8 @@ def best_squeeze(grasp: Grasp) -> Array | None:
     problem = grasp.problem
     springs, model = problem.parameters.force_law == "springs", problem.contact_model
     if springs:
-        by_sigma = null_space(grasp.grasp_matrix)
-        fixed = balanced(grasp, np.zeros_like(grasp.intensities)).ravel()
+        by_sigma = command_matrix(problem, grasp.grasp_matrix, grasp.hand_jacobian)
+        fixed = grasp.intensities.ravel()
     else:
         stiffness, k_c = grasp.stiffness, problem.contact_springs
         by_sigma = internal_forces(grasp.grasp_matrix, grasp.hand_jacobian, problem.synergies.basis, stiffness, k_c)

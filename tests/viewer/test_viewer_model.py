@@ -13,6 +13,7 @@ import grasp_planner as gp
 from grasp_planner.drawing import look, shapes
 from grasp_planner.grasp.joint_rows import joint_rows
 from grasp_planner.grasp.verdict import Violation
+from grasp_planner.judge.load_check import command_matrix
 from grasp_planner.model.task import Ellipsoid
 from grasp_planner.problem.term import METRE, ONE, RADIAN, Unit
 from grasp_planner.viewer import text
@@ -81,6 +82,13 @@ def test_the_automatic_squeeze_is_feasible_and_not_stronger_than_the_planners(gr
     squeezed = replace(grasp, contact_forces=best)
     assert squeezed.friction_margins.min() > -1e-7
     assert squeezed.force_norm <= 1.001 * grasp.force_norm
+    # Only what the motors can change has changed: few of them leave most internal forces as they are.
+    by_motors = command_matrix(grasp.problem, grasp.grasp_matrix, grasp.hand_jacobian)
+    change = (best - grasp.contact_forces).ravel()
+    moved = np.linalg.lstsq(by_motors, change, rcond=None)[0]
+    assert np.abs(change).max() > 1e-3
+    assert np.abs(change - by_motors @ moved).max() < 1e-9
+    assert np.linalg.matrix_rank(by_motors) < grasp.intensities.size - 6
 
 
 def test_turning_the_object_turns_gravity_in_its_frame(grasp):
