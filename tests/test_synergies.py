@@ -239,5 +239,5 @@ def test_two_motors_move_the_thumb_and_all_other_fingers(name):
 
 
 def test_the_script_makes_the_sets_of_two_motors_that_are_there(monkeypatch):
-    monkeypatch.setattr("sys.argv", ["make_motor_sets.py", "--check"])
-    assert load_script("make_motor_sets").main() == 0
+    monkeypatch.setattr("sys.argv", ["make_derived_sets.py", "--check"])
+    assert load_script("make_derived_sets").main() == 0
