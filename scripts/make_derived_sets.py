@@ -1,8 +1,8 @@
 """Make the synergy sets that are derived from other sets of a hand.
 
-* ``thumb_and_fingers``: the first synergy of ``native_clear`` closes the whole hand with one motor. Here the thumb has a
-  motor of its own, as in many hands that are built: two columns, each with the joints of one side. The references of one
-  synergy of ``native_clear`` are among those of this set.
+* ``thumb_and_fingers``: the first synergy of ``native_clear`` closes the whole hand with one motor. Here the thumb has
+  a motor of its own, as in many hands that are built: two columns, each with the joints of one side. The references of
+  one synergy of ``native_clear`` are among those of this set.
 * ``santello_recentred``, ``uji_recentred``: the synergies of a human set, exactly, about the mean posture of
   ``native_clear``. How joints move together is human, where the springs rest is not: a fingertip that is carried over
   says little about how a thumb of other proportions has to bend.

@@ -238,6 +238,15 @@ def test_two_motors_move_the_thumb_and_all_other_fingers(name):
     assert np.abs(outside).max() < 1e-12
 
 
-def test_the_script_makes_the_sets_of_two_motors_that_are_there(monkeypatch):
+def test_the_script_makes_the_derived_sets_that_are_there(monkeypatch):
     monkeypatch.setattr("sys.argv", ["make_derived_sets.py", "--check"])
     assert load_script("make_derived_sets").main() == 0
+
+
+@pytest.mark.parametrize("human", ["santello", "uji"])
+def test_a_recentred_set_moves_as_humans_do_about_another_mean(human):
+    hand = gp.load_hand("dlr_hit_ii_right")
+    space = hand.synergies(f"{human}_recentred")
+    np.testing.assert_array_equal(space.basis, hand.synergies(human).basis)
+    np.testing.assert_array_equal(space.mean, hand.synergies("native_clear").mean)
+    assert "the mean posture is not" in space.provenance

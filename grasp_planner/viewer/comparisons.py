@@ -21,6 +21,8 @@ COUNTS = (1, 2, 3, 5, 8, 15)
 """Numbers of synergies that are compared, as far as the set has so many."""
 HUMAN_SETS = ("santello", "uji", "santello_clear")
 """Synergy sets that come from human hands; the others come from grasps that were planned."""
+RECENTRED = "_recentred"
+"""How the names of sets end whose synergies are human and whose mean posture is not."""
 TIME_LIMIT_S = 20.0
 """Most time for each problem of a series [s]."""
 
@@ -49,7 +51,8 @@ def set_cases(problem: GraspProblem) -> tuple[Case, ...]:
     cases = []
     for name in usable_synergy_sets(problem.hand):
         count = min(problem.n_synergies, problem.hand.synergies(name).n_synergies)
-        kind = "human" if name in HUMAN_SETS else "made"
+        mixed = "human about a made mean" if name.endswith(RECENTRED) else "made"
+        kind = "human" if name in HUMAN_SETS else mixed
         changed = replace(problem, synergy_set=name, synergy_space=None, n_synergies=count)
         cases.append(Case(f"{name} ({kind})", changed))
     return tuple(cases)

@@ -31,7 +31,8 @@ def test_the_series_differ_in_one_thing(grasp):
     for case in sets:
         columns = problem.hand.synergies(case.problem.synergy_set).n_synergies
         assert case.problem.n_synergies == min(problem.n_synergies, columns)
-    assert all(("human" in case.label) == (case.problem.synergy_set in HUMAN_SETS) for case in sets)
+    assert all(("(human)" in case.label) == (case.problem.synergy_set in HUMAN_SETS) for case in sets)
+    assert all(("made" in case.label) == (case.problem.synergy_set not in HUMAN_SETS) for case in sets)
     for case in (*synergy_cases(problem), *sets):
         assert case.problem.grasp_object == problem.grasp_object
         assert case.problem.tasks == problem.tasks
