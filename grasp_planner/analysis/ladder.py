@@ -84,7 +84,8 @@ def holds_rung(grasp: Grasp) -> Rung:
         return Rung(HOLDS, None, "not defined without contact stiffness")
     held = f"{size:.2f} N" if math.isfinite(size) else "any push"
     text = held if size > NOTICED_FORCE else "the slightest push makes it slip"
-    word = "asked" if grasp.problem.loads.force else "wanted"
+    # Load cases are held along the axes; from a side between them a little less is.
+    word = "asked along the axes" if grasp.problem.loads.force else "wanted"
     return Rung(HOLDS, size >= SAMPLED * asked, f"{text}; {asked:g} N {word}")
 
 
