@@ -16,6 +16,7 @@ from .comparisons import SERIES, Comparison
 from .first_grasp import first_grasp
 from .gallery import Gallery
 from .handles import connect_handles
+from .icons import icons_read_once
 from .ladder_card import LadderCard
 from .page_links import PageLinks
 from .page_script import send_script
@@ -99,7 +100,8 @@ class GraspViewer:
         self.session = Session(shown, note or ("a grasp to begin with" if grasp is None else "loaded"))
         self.picture = Picture(self.server)
         self.picture.aim(shown)
-        self._build_page(rows)
+        with icons_read_once():
+            self._build_page(rows)
         self.worker = Worker(self._redraw, self._report, self._climb)
         self.animator = Animator(self.session, self.worker)
         self.control = PlanControl(self.session, self.plan, self.worker, self.animator.stop, self._report)

@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import viser
+from viser import _icons
 
 import grasp_planner as gp
 from grasp_planner.drawing import look
 from grasp_planner.records.grasp_record import grasp_record
+from grasp_planner.viewer import icons
 from grasp_planner.viewer.panels.chapters import ABOUT, CHAPTERS
 from grasp_planner.viewer.scene.colours import instance_colours
 from grasp_planner.viewer.scene.draw_grasp import DisplayOptions, GraspDrawing
@@ -415,3 +418,20 @@ def test_a_preset_plans_a_figure_of_the_paper(viewer):
     settle(viewer)
     assert viewer.session.problem.n_synergies == 15
     assert viewer.session.results
+
+
+def test_the_icons_of_a_page_are_read_in_one_go(monkeypatch):
+    opened = []
+
+    class Counted(icons._KeptOpen):
+        def __init__(self, path):
+            opened.append(path)
+            super().__init__(path)
+
+    monkeypatch.setattr(icons, "_KeptOpen", Counted)
+    read, usual = _icons.svg_from_icon.__wrapped__, _icons.zipfile
+    apart = [read(viser.Icon.ROCKET), read(viser.Icon.PIN)]
+    with icons.icons_read_once():
+        assert [read(viser.Icon.ROCKET), read(viser.Icon.PIN)] == apart
+    assert len(opened) == 1
+    assert _icons.zipfile is usual
