@@ -72,31 +72,39 @@ def planned(hand: gp.Hand, name: str, folder: Path) -> dict[str, Any]:
 
 
 def table(rows: list[dict[str, Any]]) -> str:
-    """Return the rows as a table in Markdown, with what all of them say."""
-    lines = ["| object | hand | feasible | off the triangles | on edges | outside cones | overlap | processor time |"]
-    lines.append("|---|---|---|---|---|---|---|---|")
+    """Return the rows as tables in Markdown, one a hand, each with what all of its rows say."""
+    hands = dict.fromkeys(row["hand"] for row in rows)
+    return "\n\n".join(table_of_hand(hand, [row for row in rows if row["hand"] == hand]) for hand in hands)
+
+
+def table_of_hand(hand: str, rows: list[dict[str, Any]]) -> str:
+    """Return the rows of one hand."""
+    lines = [
+        f"| {hand} | feasible | off the triangles [mm] | grid's stated error [mm] | overlap [mm] | processor [s] |"
+    ]
+    lines.append("|---|---|---|---|---|---|")
     for row in rows:
         lines.append(
-            f"| {row['object']} | {row['hand']} | {'yes' if row['feasible'] else 'no'} | {row['gap_mm']:.3f} mm "
-            f"| {row['on_edges']} | {row['outside_cones']} | {row['penetration_mm']:.2f} mm "
-            f"| {row['grid_s'] + row['plan_s']:.0f} s |"
+            f"| {row['object']} | {'yes' if row['feasible'] else 'no'} | {row['gap_mm']:.3f} "
+            f"| {row['grid_error_mm']:.2f} | {row['penetration_mm']:.3f} | {row['grid_s']:.0f} + {row['plan_s']:.0f} |"
         )
     found = [row for row in rows if row["feasible"]]
     seconds = [row["grid_s"] + row["plan_s"] for row in rows]
     lines.append("")
     lines.append(
-        f"{len(found)} of {len(rows)} feasible; of these farthest off the triangles "
+        f"{hand}: {len(found)} of {len(rows)} feasible; of these farthest off the triangles "
         f"{max((row['gap_mm'] for row in found), default=0.0):.3f} mm, contacts on edges "
         f"{sum(row['on_edges'] for row in found)}, forces outside true cones "
         f"{sum(row['outside_cones'] for row in found)}, "
-        f"deepest overlap {max((row['penetration_mm'] for row in found), default=0.0):.2f} mm; processor time median "
-        f"{np.median(seconds):.0f} s, p90 {np.quantile(seconds, 0.9):.0f} s."
+        f"deepest overlap {max((row['penetration_mm'] for row in found), default=0.0):.3f} mm; grid and plan take "
+        f"{np.median(seconds):.0f} s of processor time in the median, {np.quantile(seconds, 0.9):.0f} s at the 90th "
+        "percentile."
     )
     return "\n".join(lines)
 
 
 def main() -> None:
-    """Plan, and print the table; rows are kept in a file as they come, and what is there is not planned again."""
+    """Plan, and print the tables; rows are kept in a file as they come, and what is there is not planned again."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--hands", default="dlr_hit_ii_right,allegro_right")
     parser.add_argument("--only", default=",".join(EVERYDAY))

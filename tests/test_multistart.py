@@ -10,11 +10,13 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.evaluation.state import StateEvaluator
+from grasp_planner.multistart import pool as pool_room
 from grasp_planner.multistart.pool import Pool
 from grasp_planner.multistart.problem_rows import UNITS, BatchedProblem
 from grasp_planner.multistart.states import States
 from grasp_planner.multistart.tree import BatchedTree
-from grasp_planner.planning.pooled_starts import pooled_starts
+from grasp_planner.planning import pooled_starts as pooled_room
+from grasp_planner.planning.pooled_starts import pooled_starts, pressing_states
 from grasp_planner.planning.program import GraspProgram
 from grasp_planner.planning.starts import random_start
 from grasp_planner.spatial import Pose
@@ -189,6 +191,23 @@ def test_a_start_that_is_not_finite_is_dropped_and_counted(rng):
     assert pool.count.starts == 8
     assert pool.count.found == len(found)
     assert pool.count.found + pool.count.dropped == 7
+
+
+def test_what_came_near_is_tried_when_nothing_is_found(rng, monkeypatch):
+    """The pool remembers the nearest states that it drops; a round without any feasible one hands on these."""
+    problem = make_problem("point cylinder", loads=gp.LoadCases())
+    monkeypatch.setattr(pool_room, "SOLVED", 0.0)
+    monkeypatch.setattr(pool_room, "NEAR", np.inf)
+    pool = Pool(BatchedProblem(problem), 8)
+    starts = [gp.random_start(problem, rng) for _ in range(8)]
+    assert list(pool.search(lambda _: pressing_states(pool.batched, starts), 8, lambda: None)) == []
+    costs = [cost for cost, _ in pool.nearest]
+    assert len(costs) == pool_room.REMEMBERED and costs == sorted(costs)
+    monkeypatch.setattr(pooled_room, "ROUND", 8)
+    handed = pooled_starts(problem, rng)
+    assert all(next(handed).prepared for _ in range(pool_room.REMEMBERED))
+    monkeypatch.setattr(pool_room, "NEAR", 0.0)
+    assert not next(pooled_starts(problem, rng)).prepared
 
 
 def test_the_same_seed_gives_the_same_starts():

@@ -54,6 +54,7 @@ class BatchedClearances:
             self._object_joints = np.array([each.joint for each in points], dtype=int)
             self._object_ends = (np.zeros((len(points), 3)), np.zeros((len(points), 3)))
             self._object_radii = np.zeros(len(points))
+        self._object_lines = (self._object_ends[0] != self._object_ends[1]).any(axis=1)
         self._set_pairs(shapes)
         self._set_ground(shapes)
         tips = tip_axes(problem.hand, problem.frames) if self.options.tip_patch else ()
@@ -99,6 +100,8 @@ class BatchedClearances:
         keys = [key for key, _, _ in found]
         firsts = [k for k in range(len(keys)) if k == 0 or keys[k] != keys[k - 1]]
         self._groups = np.array(firsts, dtype=int)
+        long = (self._starts != self._ends).any(axis=1)
+        self._lines = np.flatnonzero(long[self._pairs].any(axis=1))
 
     def _set_ground(self, shapes: tuple[LinkShape, ...]) -> None:
         """Choose the points that stay above the ground."""
@@ -125,8 +128,22 @@ class BatchedClearances:
     def _least(self, start: Array, along: Array) -> tuple[Array, Array, Array]:
         """Return the least φ on segments in O, of shape (B, k), where along them, and ∇φ there."""
         shape, solid = start.shape[:2], self.problem.grasp_object.solid
-        flat, slope = start.reshape(-1, 3), along.reshape(-1, 3)
-        count = len(flat)
+        lines = np.flatnonzero(self._object_lines)
+        points = np.flatnonzero(~self._object_lines)
+        distance, t, gradient = np.empty(shape), np.zeros(shape), np.empty((*shape, 3))
+        if len(points):
+            found = solid.sample(start[:, points].reshape(-1, 3))
+            distance[:, points] = found.distance.reshape(-1, len(points))
+            gradient[:, points] = found.gradient.reshape(-1, len(points), 3)
+        if len(lines):
+            parts = self._least_on_lines(start[:, lines].reshape(-1, 3), along[:, lines].reshape(-1, 3))
+            for whole, part in zip((distance, t, gradient), parts, strict=True):
+                whole[:, lines] = part.reshape(whole[:, lines].shape)
+        return distance, t, gradient
+
+    def _least_on_lines(self, flat: Array, slope: Array) -> tuple[Array, Array, Array]:
+        """Return the least φ on n segments that are no points, of shape (n,), where along them, and ∇φ there."""
+        solid, count = self.problem.grasp_object.solid, len(flat)
         tries = np.repeat(SAMPLES, count)
         found = solid.sample(np.tile(flat, (len(SAMPLES), 1)) + tries[:, None] * np.tile(slope, (len(SAMPLES), 1)))
         best = found.distance.reshape(len(SAMPLES), count).argmin(axis=0)
@@ -140,15 +157,18 @@ class BatchedClearances:
             t = np.clip(t - first / np.maximum(second, floor), 0.0, 1.0)
             now = solid.sample(flat + t[:, None] * slope)
             sample = (now.distance, now.gradient, now.hessian)
-        return sample[0].reshape(shape), t.reshape(shape), sample[1].reshape(*shape, 3)
+        return sample[0], t, sample[1]
 
     def _self_rows(self, contacts: BatchedContacts) -> Rows:
         """Return the least distance of each two fingers and of each finger and the palm."""
         placed, count = contacts.placed, len(contacts.states)
-        start, end = placed.points(self._joints, self._starts), placed.points(self._joints, self._ends)
+        start = placed.points(self._joints, self._starts)
         first, second = self._pairs.T
-        ends = (array[:, index].reshape(-1, 3) for index in (first, second) for array in (start, end))
-        a, b = (points.reshape(count, -1, 3) for points in segment_pairs(*ends))
+        a, b = start[:, first], start[:, second]
+        if len(self._lines):
+            end, lines = placed.points(self._joints, self._ends), self._lines
+            ends = (array[:, index[lines]].reshape(-1, 3) for index in (first, second) for array in (start, end))
+            a[:, lines], b[:, lines] = (points.reshape(count, -1, 3) for points in segment_pairs(*ends))
         apart = a - b
         axis_distance = np.sqrt(np.einsum("bkl,bkl->bk", apart, apart)) + 1e-12
         distance = axis_distance - (self._radii[first] + self._radii[second])

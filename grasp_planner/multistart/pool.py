@@ -27,6 +27,8 @@ LONGEST_TURN = 0.5
 """Largest step of an angle [rad]."""
 SOLVED = 1e-6
 """Largest weighted residual of equalities and violation of inequalities of a state that is found."""
+NEAR, REMEMBERED = 0.1, 3
+"""Cost below which a dropped state may yet become feasible by a better solver, and how many of these are remembered."""
 REFILL = 8
 """The pool is refilled when one part in so many of it is free."""
 
@@ -97,11 +99,13 @@ class Pool:
         batched: The problem.
         width: Most states at a time.
         count: What was done so far.
+        nearest: Dropped states that came nearest to feasible, with their costs, the nearest first.
     """
 
     batched: BatchedProblem
     width: int = 64
     count: PoolCount = field(default_factory=PoolCount)
+    nearest: list[tuple[float, States]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         problem = self.batched.problem
@@ -127,12 +131,20 @@ class Pool:
             for row in np.flatnonzero(done):
                 self.count.found += 1
                 yield pool.states.take(np.array([row]))
-            keep = ~(done | self._hopeless(pool))
-            self.count.dropped += int((~keep & ~done).sum())
+            dropped = self._hopeless(pool) & ~done
+            keep = ~(done | dropped)
+            self._remember(pool.take(np.flatnonzero(dropped)))
             room = min(self.width - int(keep.sum()), total - self.count.starts)
             pool = pool.take(np.flatnonzero(keep))
             if room * REFILL >= self.width or (room and not keep.any()):
                 pool = pool.joined(self._filled(make, room))
+
+    def _remember(self, dropped: _Rows) -> None:
+        """Count dropped states, and keep those that came nearest to feasible."""
+        self.count.dropped += len(dropped.states)
+        cost = dropped.cost
+        near = [(float(cost[row]), dropped.states.take(np.array([row]))) for row in np.flatnonzero(cost < NEAR)]
+        self.nearest = sorted([*self.nearest, *near], key=lambda each: each[0])[:REMEMBERED]
 
     def _filled(self, make: Callable[[int], States], number: int) -> _Rows:
         """Return fresh rows; starts that are not finite are dropped and counted."""

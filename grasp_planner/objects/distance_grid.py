@@ -43,7 +43,9 @@ ATTEMPTS = 3
 PROBES = 4000
 """Points at which the error is measured …"""
 EDGE_PROBES, SHARP = 4000, np.radians(20.0)
-"""… and points on edges between triangles that lean by more than this angle; as many at their ends, and near these."""
+"""… and points on edges between triangles that lean by more than this angle; as many at their ends, near and around."""
+AROUND = 0.012
+"""How far outside the surface the error is measured: where fingertip centres are [m]."""
 SAFETY = 1.2
 """What the largest error of a sample is multiplied by to state the error."""
 
@@ -211,7 +213,7 @@ def _built(mesh: trimesh.Trimesh, resolution: float) -> DistanceGrid:
 
 
 def measured_error(mesh: trimesh.Trimesh, grid: DistanceGrid) -> float:
-    """Return the largest error of a grid at random points on and up to 12 mm outside the surface, and at edges [m].
+    """Return the largest error of a grid at random points on and up to 12 mm outside the surface and its edges [m].
 
     A sample misses the very worst point: a fifth is added.
     """
@@ -219,27 +221,39 @@ def measured_error(mesh: trimesh.Trimesh, grid: DistanceGrid) -> float:
 
     rng = np.random.default_rng(0)
     points, faces = trimesh.sample.sample_surface(mesh, PROBES, seed=0)
-    lift = rng.uniform(0.0, 0.012, PROBES)
+    lift = rng.uniform(0.0, AROUND, PROBES)
     lift[: PROBES // 2] = 0.0
-    points = np.vstack(
-        [np.asarray(points) + lift[:, None] * mesh.face_normals[faces], _edge_points(mesh, grid.axes.resolution, rng)]
-    )
-    return SAFETY * float(np.abs(grid.sample(points).distance - exact_distance(mesh, points)).max())
+    points = np.asarray(points) + lift[:, None] * mesh.face_normals[faces]
+    on, around = _edge_points(mesh, grid.axes.resolution, rng)
+    points = np.vstack([points, on, around])
+    exact = exact_distance(mesh, points)
+    counts = np.append(np.full(len(points) - len(around), True), exact[-len(around) :] >= 0.0)
+    return SAFETY * float(np.abs(grid.sample(points[counts]).distance - exact[counts]).max())
 
 
-def _edge_points(mesh: trimesh.Trimesh, resolution: float, rng: np.random.Generator) -> Array:
-    """Return random points on sharp edges and within a cell of corners, where a grid is worst [m], of shape (n, 3)."""
+def _edge_points(mesh: trimesh.Trimesh, resolution: float, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Return where a grid is worst: on sharp edges and beside corners, and up to 12 mm around both.
+
+    Returns:
+        Points on the surface and points around, of which some are inside [m], of shape (n, 3) and (m, 3).
+    """
     sharp = mesh.face_adjacency_edges[mesh.face_adjacency_angles > SHARP]
     vertices = np.asarray(mesh.vertices)
-    corners = vertices[rng.choice(np.unique(sharp) if len(sharp) else len(vertices), EDGE_PROBES)]
-    around = corners + rng.uniform(-resolution, resolution, corners.shape)
-    points = [corners, nearest_points(mesh, around).points]
+    weight = np.abs(np.asarray(mesh.vertex_defects)) + 1e-12  # half of the probes go to corners as they are pointed
+    weight /= weight.sum()
+    weight[np.unique(sharp)] += 1.0 / max(len(np.unique(sharp)), 1)
+    corners = vertices[rng.choice(len(vertices), EDGE_PROBES, p=weight / weight.sum())]
+    beside = corners + rng.uniform(-resolution, resolution, corners.shape)
+    points = [corners, nearest_points(mesh, beside).points]
     if len(sharp):
         start, end = vertices[sharp[:, 0]], vertices[sharp[:, 1]]
         length = np.linalg.norm(end - start, axis=1)
         chosen = rng.choice(len(sharp), EDGE_PROBES, p=length / length.sum())
         points.append(start[chosen] + rng.uniform(size=(EDGE_PROBES, 1)) * (end - start)[chosen])
-    return np.vstack(points)
+    middle = np.vstack([points[0], points[-1]])
+    away = rng.normal(size=middle.shape)
+    away *= AROUND * rng.uniform(size=(len(middle), 1)) ** 2 / np.linalg.norm(away, axis=1, keepdims=True)
+    return np.vstack(points), middle + away
 
 
 def _distances(mesh: trimesh.Trimesh, axes: GridAxes) -> Array:

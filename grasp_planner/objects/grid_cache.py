@@ -29,7 +29,7 @@ from .distance_grid import MAX_NODES, DistanceGrid, GridAxes, build_distance_gri
 if TYPE_CHECKING:
     import trimesh
 
-CACHE_VERSION = 7
+CACHE_VERSION = 8
 """Raised whenever grids are built, or written, in another way."""
 MAX_CACHE_BYTES = 2_000_000_000
 """Size of the folder above which entries are deleted."""

@@ -33,7 +33,8 @@ def pooled_starts(
         check: Called for every state evaluated; may raise to stop.
 
     Yields:
-        Starts, without end; a random one, as it is, after every round that finds nothing.
+        Starts, without end; after every round that finds nothing those that came nearest, or if none came near, a
+        random one as it is.
     """
     batched = BatchedProblem(problem)
     waiting = [standard_start(problem)]
@@ -46,7 +47,11 @@ def pooled_starts(
         pool = Pool(batched, WIDTH)
         for found in pool.search(make, ROUND, check):
             yield _start(found, problem.n_synergies)
-        if pool.count.found == 0:
+        if pool.count.found:
+            continue
+        for _, near in pool.nearest:
+            yield _start(near, problem.n_synergies)
+        if not pool.nearest:
             yield random_start(problem, rng)
 
 

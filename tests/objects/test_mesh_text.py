@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,9 @@ COARSE = "resolution=0.004"
 def path(tmp_path_factory):
     found = tmp_path_factory.mktemp("text") / "a bar, long.stl"
     trimesh.creation.box((0.02, 0.03, 0.1)).apply_translation([0.0, 0.0, 0.05]).export(found)
+    trimesh.creation.cylinder(0.028, 0.12, sections=48).apply_translation([0.0, 0.0, 0.06]).export(
+        found.parent / "bar.stl"
+    )
     return found
 
 
@@ -121,6 +125,26 @@ def test_zones_follow_file_and_size(path):
     points, across = thing.opposed_patches()
     assert len(points) > 20 and len(across) == len(points)
     assert (points[:, 2] >= 0.02).all()
+
+
+@pytest.mark.parametrize("zones", [{"region": "box,-1,-1,0.05,1,1,1"}, {"forbid": "sphere,0,0,0.02,0.045"}])
+def test_a_plan_keeps_to_its_zones(path, zones):
+    """Contacts of the exact surface are where they may be; shifted out by the zone's size, the same grasp is none."""
+    thing = gp.MeshObject.load(path.with_name("bar.stl"), resolution=0.002, mass=0.1, **zones)
+    problem = gp.GraspProblem(gp.load_hand("dlr_hit_ii_right"), thing)
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=20, enough=1))
+    assert grasp.feasible, grasp.verdict
+    points = grasp.surface_contacts.points - thing.file_origin
+    if "region" in zones:
+        assert points[:, 2].min() > 0.05 - 1e-4
+        other = gp.MeshObject.load(path.with_name("bar.stl"), resolution=0.002, mass=0.1, forbid="box,-1,-1,0.05,1,1,1")
+    else:
+        assert np.linalg.norm(points - [0.0, 0.0, 0.02], axis=1).min() > 0.045 - 1e-4
+        other = gp.MeshObject.load(
+            path.with_name("bar.stl"), resolution=0.002, mass=0.1, region="sphere,0,0,0.02,0.045"
+        )
+    judged = replace(grasp, problem=replace(problem, grasp_object=other))
+    assert judged.violations["region"].value > 1e-3 and not judged.feasible
 
 
 @pytest.fixture(scope="module")
