@@ -1,6 +1,8 @@
 """The ladder of the verdict: what is true of a grasp, from the model up to errors of the palm."""
 
+import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -54,8 +56,20 @@ def test_what_does_not_meet_the_model_stands_on_no_rung(grasp):
 def test_a_push_is_held_if_it_is_as_large_as_asked(grasp):
     plain = replace(grasp, problem=replace(grasp.problem, loads=gp.LoadCases.off()))
     assert ladder.holds_rung(plain).met == (plain.passive_margin.size >= 0.8)
-    assert "1 N wanted" in ladder.holds_rung(plain).text
-    assert "1 N asked along the axes" in ladder.holds_rung(grasp).text
+    assert ladder.holds_rung(plain).text.endswith("; 0.8 N wanted")
+    assert "0.8 N wanted (1 N asked along sampled directions)" in ladder.holds_rung(grasp).text
+
+
+@pytest.mark.parametrize("asked", [1.0, 0.333, 2.5])
+@pytest.mark.parametrize("share", [0.5, 0.79, 0.79999, 0.8, 0.80001, 0.99, 1.2])
+def test_the_push_printed_reaches_what_is_wanted_just_where_the_rung_is_met(asked, share):
+    margin = SimpleNamespace(size=share * asked)
+    loads = SimpleNamespace(force=asked)
+    rung = ladder.holds_rung(
+        SimpleNamespace(feasible=True, passive_margin=margin, problem=SimpleNamespace(loads=loads))
+    )
+    held, wanted = (float(number) for number in re.findall(r"([\d.]+) N", rung.text)[:2])
+    assert (held >= wanted) == rung.met == (share >= 0.8), rung.text
 
 
 def test_the_palm_is_off_by_what_is_said_to_both_sides(grasp, monkeypatch):

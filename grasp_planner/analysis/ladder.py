@@ -76,17 +76,20 @@ def clear_rung(grasp: Grasp) -> Rung:
 
 
 def holds_rung(grasp: Grasp) -> Rung:
-    """Return the push that it holds from any side with the motors at rest, beside the one that was asked for."""
+    """Return the push that it holds from any side with the motors at rest, beside the one that decides.
+
+    Load cases ask for a push along sampled directions, between which less is held: the rung wants that share.
+    """
     if not grasp.feasible:
         return Rung(HOLDS, None, NOT_MET)
     size, asked = grasp.passive_margin.size, grasp.problem.loads.force or PUSH
     if math.isnan(size):
         return Rung(HOLDS, None, "not defined without contact stiffness")
-    held = f"{size:.2f} N" if math.isfinite(size) else "any push"
-    text = held if size > NOTICED_FORCE else "the slightest push makes it slip"
-    # Load cases are held along the axes; from a side between them a little less is.
-    word = "asked along the axes" if grasp.problem.loads.force else "wanted"
-    return Rung(HOLDS, size >= SAMPLED * asked, f"{text}; {asked:g} N {word}")
+    least = SAMPLED * asked
+    held, wanted = _told_apart(size, least) if math.isfinite(size) else ("any push", f"{least:g}")
+    text = held if size > min(NOTICED_FORCE, least) else "the slightest push makes it slip"
+    why = f" ({asked:g} N asked along sampled directions)" if grasp.problem.loads.force else ""
+    return Rung(HOLDS, size >= least, f"{text}; {wanted} N wanted{why}")
 
 
 def closes_rung(grasp: Grasp) -> Rung:
@@ -145,6 +148,13 @@ def palm_error(grasp: Grasp, shift: np.ndarray) -> ClosingReport:
     """Return how the hand closes by the references of the plan with its palm shifted by a vector in O [m]."""
     palm = Pose(grasp.palm_pose.rotation, grasp.palm_pose.translation + shift)
     return close_grasp(replace(grasp, palm_pose=palm), grasp.closing.path)
+
+
+def _told_apart(size: float, least: float) -> tuple[str, str]:
+    """Return a push and the least that is wanted [N] with as many decimals as show which of them is larger."""
+    enough = size >= least
+    decimals = next((count for count in range(2, 9) if (round(size, count) >= round(least, count)) == enough), 9)
+    return f"{size:.{decimals}f} N", f"{round(least, decimals):g}" if decimals < 6 else f"{least:.{decimals}f}"
 
 
 def _left_out(grasp: Grasp) -> str:

@@ -106,6 +106,7 @@ class PlanControl:
         self._object_pose, self._moves = session.live.object_pose, session.moves
         session.results, session.seed = [], seed
         plan.set_running(True)
+        plan.requirements.begin(problem)
         plan.status.content = "preparing starts …"
 
     def _show_progress(self, request: PlanRequest, records: list[IterationRecord]) -> None:

@@ -13,6 +13,7 @@ from ...planning.planner import MOST_GRASPS
 from ...problem.search_options import PlannerOptions
 from .chapters import PLAN, add_about
 from .gallery import GalleryPanel
+from .requirement_curves import RequirementCurves
 from .settings import SettingsPanel
 from .widgets import log10
 
@@ -54,6 +55,7 @@ class PlanPanel:
         self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
         self.status = gui.add_markdown("")
         self._add_curves()
+        self.requirements = RequirementCurves(gui)
         self.gallery = GalleryPanel(gui, chosen, "Grasps that differ, best first")
         self.browse = gui.add_button_group("Show", ("best", "previous", "next"))
         with gui.add_folder("Search", expand_by_default=False):
@@ -82,6 +84,7 @@ class PlanPanel:
         steps = np.arange(first, len(self._history), dtype=float)
         self.curves.data = (steps, shown[:, 0].copy(), shown[:, 1].copy())
         self.curves.visible = True
+        self.requirements.add(records)
 
     def _add_curves(self) -> None:
         """Add the curves of the search."""
