@@ -35,7 +35,7 @@ def test_every_judged_requirement_of_the_search_has_a_curve_with_its_unit(curves
     labels = [series["label"] for series in curves._plot.series]
     assert "surface [mm]" in labels
     assert "friction [N]" in labels
-    assert "joint limit [°]" in labels
+    assert "compliance [°]" in labels
     assert "| surface | 2 mm | 0.001 mm | ✘ |" in curves.table.content
 
 
