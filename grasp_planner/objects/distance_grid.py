@@ -241,7 +241,8 @@ def _edge_points(mesh: trimesh.Trimesh, resolution: float, rng: np.random.Genera
     vertices = np.asarray(mesh.vertices)
     weight = np.abs(np.asarray(mesh.vertex_defects)) + 1e-12  # half of the probes go to corners as they are pointed
     weight /= weight.sum()
-    weight[np.unique(sharp)] += 1.0 / max(len(np.unique(sharp)), 1)
+    ends = np.unique(sharp)
+    weight[ends] += 1.0 / max(len(ends), 1)
     corners = vertices[rng.choice(len(vertices), EDGE_PROBES, p=weight / weight.sum())]
     beside = corners + rng.uniform(-resolution, resolution, corners.shape)
     points = [corners, nearest_points(mesh, beside).points]

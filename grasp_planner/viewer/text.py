@@ -62,7 +62,12 @@ def degrees(value: float) -> str:
 
 def quantity(value: float, unit: Unit) -> str:
     """Return a value in the unit that people read it in."""
-    return f"{number(value * unit.shown_times)} {unit.shown_as or unit.symbol.removeprefix('1')}".rstrip()
+    return f"{number(value * unit.shown_times)} {shown_unit(unit)}".rstrip()
+
+
+def shown_unit(unit: Unit) -> str:
+    """Return the unit in which people read a value; empty for a plain number."""
+    return unit.shown_as or unit.symbol.removeprefix("1")
 
 
 def readable(name: str) -> str:

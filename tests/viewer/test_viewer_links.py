@@ -131,10 +131,8 @@ def test_a_broken_link_changes_nothing_and_says_so(viewer):
 
 
 def test_a_page_that_is_opened_looks_at_what_is_shown_by_then(viewer):
-    camera, there = (
-        viewer.server.initial_camera,
-        pin.SE3(pin.exp3(np.array([0.0, 0.0, 1.0])), np.array([0.0, 0.7, 0.2])),
-    )
+    camera = viewer.server.initial_camera
+    there = pin.SE3(pin.exp3(np.array([0.0, 0.0, 1.0])), np.array([0.0, 0.7, 0.2]))
     viewer.worker.submit(lambda: viewer.session.show(stored("clear"), object_pose=there))
     assert viewer.worker.drain()
     assert np.linalg.norm(camera.look_at - there.translation) > 0.3, "no page asked yet"

@@ -13,12 +13,9 @@ from ...planning.planner import MOST_GRASPS
 from ...problem.search_options import PlannerOptions
 from .chapters import PLAN, add_about
 from .gallery import GalleryPanel
-from .requirement_curves import RequirementCurves
+from .requirement_curves import POINTS, RequirementCurves
 from .settings import SettingsPanel
 from .widgets import log10
-
-POINTS = 400
-"""Most points of a progress curve."""
 
 
 class PlanPanel:

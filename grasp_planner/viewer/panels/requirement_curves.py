@@ -10,11 +10,11 @@ from ...grasp.grasp import FEASIBILITY_TOLERANCE, IterationRecord
 from ...problem.problem import GraspProblem
 from ...problem.term import Unit
 from ...terms.registry import problem_constraints
-from ..text import number, quantity, readable
+from ..text import number, quantity, readable, shown_unit
 from .widgets import log10
 
 POINTS = 400
-"""Most iterations that are drawn."""
+"""Most iterations that curves of a search show."""
 COLOURS = ("#c62839", "#2f6fde", "#118a4e", "#b7791f", "#7b4fd6", "#0b8f9c", "#d0488f", "#6b7280")
 SAYS = "Violations of the best attempt so far, as powers of ten of what is allowed: met at 0 and below."
 
@@ -114,8 +114,3 @@ class RequirementCurves:
             off = quantity(value, unit) if value > 0.01 * FEASIBILITY_TOLERANCE else "0"
             rows.append(f"| {readable(name)} | {off} | {quantity(FEASIBILITY_TOLERANCE, unit)} | {mark} |")
         return "\n".join([*rows, "", f"*Start {last.start + 1}, {number(len(self.best), 6)} iterations.*"])
-
-
-def shown_unit(unit: Unit) -> str:
-    """Return the unit in which people read a value; empty for a plain number."""
-    return unit.shown_as or ("" if unit.symbol == "1" else unit.symbol)
