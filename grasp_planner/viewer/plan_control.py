@@ -104,7 +104,8 @@ class PlanControl:
         if not self.planning.start(request, events):
             return
         self._object_pose, self._moves = session.live.object_pose, session.moves
-        session.results, session.seed = [], seed
+        session.forget_results()
+        session.seed = seed
         plan.set_running(True)
         plan.requirements.begin(problem)
         plan.status.content = "preparing starts …"

@@ -77,7 +77,8 @@ class RunControl:
         self._stop_animation()
         try:
             grasp, note = self.rows.grasp()
-            self._session.results, self._session.seed = [], None
+            self._session.forget_results()
+            self._session.seed = None
             self._session.show(grasp, note)
         finally:
             self.panel.show(self.rows)

@@ -181,6 +181,10 @@ class Session:
         self._follow(shown)
         return self.results[0] is grasp
 
+    def forget_results(self) -> None:
+        """Begin without results; the grasp that is shown stays, and is none of them."""
+        self.results, self.shown = [], None
+
     def take_best(self, best: Sequence[Grasp]) -> None:
         """Rank the grasps that a search ended with as it does, and behind them the others that were on the way."""
         shown = None if self.shown is None else self.results[self.shown]

@@ -44,6 +44,17 @@ def test_the_order_of_the_search_holds_and_what_is_shown_stays(grasp, other):
     assert session.shown == 1
 
 
+def test_a_search_begun_while_a_result_is_shown_has_results_too(grasp, other):
+    session = Session(grasp)
+    session.add_result(grasp)
+    session.show_result(0)
+    session.forget_results()
+    assert session.add_result(other), "the first of the new search"
+    session.take_best([other])
+    assert session.results == [other]
+    assert session.shown is None, "the grasp shown is of the search before"
+
+
 def test_a_card_tells_force_angle_and_closing_and_a_click_shows_it(viewer, grasp, other):
     gallery = viewer.plan.gallery
 
