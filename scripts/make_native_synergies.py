@@ -14,18 +14,10 @@ from pathlib import Path
 import numpy as np
 
 import grasp_planner as gp
+from grasp_planner.synergy_design.training import fully_actuated
 
 HAND = "dlr_hit_ii_right"
 FORCE_WEIGHT = 1e-4
-
-
-def fully_actuated(hand: gp.Hand) -> gp.SynergySpace:
-    """Return a space in which every joint is a synergy, around a half-closed posture."""
-    mean = hand.lower + 0.35 * (hand.upper - hand.lower)
-    # Joints that open as far as they close, abductions, start in the middle.
-    sideways = np.isclose(hand.lower, -hand.upper)
-    mean[sideways] = 0.0
-    return gp.SynergySpace(hand.joint_names, mean, np.eye(hand.n_joints), name="fully actuated")
 
 
 def random_object(rng: np.random.Generator, spared: tuple[float, float]) -> gp.GraspObject:

@@ -25,9 +25,11 @@ def grasp_of(problem, free):
     return gp.Grasp(problem, free.joint_angles, pin.SE3(free.palm_pose), free.displacement)
 
 
+@pytest.mark.parametrize("law", ["controllable", "springs"])
 @pytest.mark.parametrize("contact_set", ["point", "sphere"])
-def test_derivatives_of_the_distance(hand, contact_set, rng):
+def test_derivatives_of_the_distance(hand, contact_set, law, rng):
     problem = compact.fully_actuated_problem(make_problem(hand, gp.Sphere(0.035), contact_set, "force"))
+    problem = replace(problem, parameters=replace(problem.parameters, force_law=law))
     evaluator, x = random_point(problem, rng)
     joints = hand.n_joints
     scatter = compact.Scatter(rng.normal(size=joints), np.diag(rng.uniform(0.0, 0.1, joints)))
@@ -75,6 +77,42 @@ def test_a_grasp_far_from_its_object_stays_as_it_is(grasps):
     found = compact.moved_closer(problems[0], lost, compact.scatter_of(grasps[1], 0.0), 0.1)
     np.testing.assert_array_equal(found.joint_angles, lost.joint_angles)
     assert np.isfinite(found.distance)
+
+
+def test_springs_come_to_share_a_line_and_the_set_is_that_line(right):
+    """Moved in a flattened scatter, the references of three grasps end on one line: one motor does for all."""
+    problems = [gp.GraspProblem(right, gp.Sphere(radius), n_synergies=1) for radius in (0.034, 0.038, 0.042)]
+    free = [compact.fully_actuated_problem(problem) for problem in problems]
+    planned = [gp.plan_grasp(p, seed=1, options=gp.PlannerOptions(starts=20, enough=1)) for p in free]
+    assert all(grasp.feasible for grasp in planned)
+    moved = [compact.free_grasp(grasp) for grasp in planned]
+    scatter = compact.scatter_of(moved, 0.0)
+    for epsilon in (0.1, 0.05, 0.02, 0.01, 0.005):
+        flat = scatter.flattened(1)
+        moved = [compact.moved_closer(p, g, flat, epsilon) for p, g in zip(free, moved, strict=True)]
+        scatter = compact.scatter_of(moved, 0.0)
+    line = gp.SynergySpace(right.joint_names, scatter.mean, scatter.directions(1))
+    for problem, each in zip(problems, moved, strict=True):
+        away = each.reference - line.joint_angles(line.coordinates(each.reference))
+        assert np.abs(away).max() < np.radians(0.2)
+        grasp = gp.Grasp(
+            compact.fully_actuated_problem(problem),
+            each.joint_angles,
+            pin.SE3(each.palm_pose),
+            np.zeros(right.n_joints),
+            contact_forces=each.contact_forces,
+        )
+        assert grasp.is_feasible(1e-3), grasp.violations
+
+
+def test_a_flattened_scatter_keeps_its_widest_directions(rng):
+    axes, _ = np.linalg.qr(rng.normal(size=(5, 5)))
+    scatter = compact.Scatter(np.zeros(5), (axes * np.array([4.0, 3.0, 2.0, 1.0, 0.5])) @ axes.T)
+    flat = scatter.flattened(2)
+    np.testing.assert_allclose(np.linalg.eigvalsh(flat.covariance), [0.0, 0.0, 0.0, 3.0, 4.0], atol=1e-12)
+    widest = scatter.directions(2)
+    np.testing.assert_allclose(np.abs(widest.T @ axes), np.eye(2, 5), atol=1e-12)
+    assert (widest.sum(axis=0) > 0.0).all()
 
 
 def test_the_set_begins_with_what_grasps_share(rng):

@@ -1,27 +1,35 @@
-"""``grasp-planner synergies``: list the synergy sets of a hand, look at one, fit one from joint angles."""
+"""``grasp-planner synergies``: list the synergy sets of a hand, look at one, fit one from joint angles, design one."""
 
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.progress import Progress as ProgressBar
 from rich.progress import track
 from rich.table import Table
 
 from ..exceptions import FileFormatError, InvalidValueError, NameNotFoundError, shown
 from ..files.text import finite_number, read_text_file
-from ..hand.hand import Hand
 from ..hand.loading import load_hand
 from ..objects import parse_object
 from ..planning.preparation import FEW_SYNERGIES
 from ..problem.problem import GraspProblem
-from ..synergies.space import SynergySpace, load_synergies, save_synergies, synergies_from_postures
+from ..synergies.space import SynergySpace, save_synergies, synergies_from_postures
 from .grasp_file import hand_option
 from .options import parse_counts
+
+if TYPE_CHECKING:
+    from ..synergy_design.design import Progress
 
 MAX_POSTURE_BYTES = 50_000_000
 """Largest file of postures that is read."""
@@ -60,7 +68,7 @@ def list_command(hand: str) -> None:
 def show_command(name: str, hand: str, count: int, picture: Path | None) -> None:
     """Show a synergy set: NAME of a set of the hand, or a file."""
     loaded, console = load_hand(hand), Console()
-    space = _find(loaded, name)
+    space = loaded.synergies(name)
     shown = space.truncated(count)
     table = Table(title=f"{space.name}: q̄ and synergies", box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
     table.add_column("joint")
@@ -132,6 +140,71 @@ def fit_command(postures: Path, hand: str, out: Path, name: str, degrees: bool) 
     console.print(f"{len(rows)} postures; cumulative variance of 1, 2, 3, 5: {_shares(space)}; wrote {out}")
 
 
+@synergies_group.command("design")
+@HAND
+@click.option("--motors", type=int, required=True, help="Number of motors: columns of the set.")
+@click.option("--out", type=FILE, required=True, help="File of the new set (CSV).")
+@click.option("--name", default=None, help="Name of the new set [default: motors_N].")
+@click.option("--objects", type=int, default=42, show_default=True, help="Random objects it is made from.")
+@click.option("--seed", type=int, default=20000, show_default=True, help="Seed of the first of them.")
+@click.option("--scale", type=float, default=None, help="Factor on their sizes [default: by the width of the hand].")
+@click.option("--contact-set", default=None, help="Contact set [default: the hand's first].")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Worker processes.")
+def design_command(
+    hand: str,
+    motors: int,
+    out: Path,
+    name: str | None,
+    objects: int,
+    seed: int,
+    scale: float | None,
+    contact_set: str | None,
+    workers: int,
+) -> None:
+    """Make a set for exactly so many motors from grasps of random objects that this planner finds.
+
+    The grasps are moved, with links clear and a push held from every side, until the motors reach all of them.
+    """
+    from ..synergy_design.design import synergies_for_motors
+    from ..synergy_design.training import Training, object_scale
+
+    console = Console(stderr=True)
+    scale = round(object_scale(load_hand(hand), contact_set), 3) if scale is None else scale
+    with TemporaryDirectory(prefix="grasp_planner_") as folder, _design_report(console) as report:
+        training = Training(hand, Path(folder), contact_set, scale=scale)
+        space, grasped = synergies_for_motors(
+            training, motors, objects=objects, first_seed=seed, workers=workers, report=report
+        )
+    count = f"{motors} motor{'s' if motors > 1 else ''}"
+    given = f" --contact-set {contact_set}" if contact_set is not None else ""
+    command = f"grasp-planner synergies design --hand {hand} --motors {motors} --objects {objects} --seed {seed}"
+    provenance = "\n".join(
+        [
+            f"made for {count} from grasps that this package planned of random objects, moved within their "
+            f"constraints towards what {count} can reach; not human data",
+            f"{grasped} of the {objects} objects are grasped with it; links clear, standard load cases",
+            f"{command} --scale {scale:g}{given}",
+        ]
+    )
+    save_synergies(replace(space, name=name or f"motors_{motors}", provenance=provenance), out)
+    click.echo(f"{grasped} of {objects} objects are grasped with {count}; wrote {out}")
+
+
+@contextmanager
+def _design_report(console: Console) -> Iterator[Callable[[Progress | str], None]]:
+    """Show how far a design is: a bar on a terminal, a line at the end of every stage everywhere."""
+    with ProgressBar(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=None)
+
+        def show(what: Progress | str) -> None:
+            if isinstance(what, str):
+                console.print(what, highlight=False)
+            else:
+                bar.update(task, description=what.stage, completed=what.done, total=what.total)
+
+        yield show
+
+
 def read_postures(path: Path) -> tuple[list[str], np.ndarray]:
     """Read a CSV of joint angles.
 
@@ -160,13 +233,6 @@ def read_postures(path: Path) -> tuple[list[str], np.ndarray]:
             ]
         )
     return header, np.array(values)
-
-
-def _find(hand: Hand, name: str) -> SynergySpace:
-    """Return a set of the hand, or of a file."""
-    if name not in hand.synergy_set_names and Path(name).is_file():
-        return load_synergies(Path(name)).reordered(hand.joint_names)
-    return hand.synergies(name)
 
 
 def _share(space: SynergySpace, n_synergies: int) -> str:

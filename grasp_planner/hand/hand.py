@@ -246,7 +246,7 @@ class Hand(Value):
         """Return a synergy set of the hand, in the order of its joints.
 
         Args:
-            set_name: Name of the set, ``tendons``, ``motors`` or ``closing``; the default one if left out.
+            set_name: Name of the set, ``tendons``, ``motors`` or ``closing``, or a CSV file; the default one if left out.
             compliance: C_q that the tendons bend [rad/(N m)], of shape (n_q,) or (n_q, n_q); the hand's if left out.
 
         Returns:
@@ -273,6 +273,8 @@ class Hand(Value):
             return motor_synergies(self.joint_names, self._closing_set.mean)
         if name == CLOSING:
             return self._closing_set
+        if (path := Path(name)).suffix == ".csv" and path.is_file():
+            return load_synergies(path).reordered(self.joint_names)
         raise NameNotFoundError("synergy set", name, dict.fromkeys((*self.synergy_set_names, MOTORS, CLOSING)))
 
     @cached_property

@@ -45,7 +45,8 @@ class GraspProblem(Value):
         tasks: Task directions with weights.
         n_synergies: Number of synergies n_s; if None, three (six where a task is a twist) or as many as the set has.
         parameters: Parameters of the model.
-        synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances).
+        synergy_set: Name of the synergy set, or a CSV file, which becomes ``synergy_space``: a record of the problem
+            holds the set and not where it lay; the hand's default if None (it may name one for clearances).
         contact_set: Name of the contact set; the hand's first if None.
         synergy_space: Synergies to use instead of a named set.
         clearance: What has to keep clear of what: by default links of the object and of each other.
@@ -71,7 +72,7 @@ class GraspProblem(Value):
         option="--synergies",
     )
     parameters: GraspParameters = field(default_factory=GraspParameters)
-    synergy_set: str | None = setting(None, "Synergy set of the hand.", none="the hand's")
+    synergy_set: str | None = setting(None, "Synergy set of the hand, or a CSV file of one.", none="the hand's")
     contact_set: str | None = setting(
         None, "Contact set of the hand, for instance point or sphere.", none="the hand's first"
     )
@@ -93,6 +94,9 @@ class GraspProblem(Value):
         object.__setattr__(self, "tasks", tuple(self.tasks))
         object.__setattr__(self, "costs", own_costs(self.costs))
         object.__setattr__(self, "constraints", own_constraints(self.constraints))
+        if self.synergy_set is not None and self.synergy_space is None and self.synergy_set.endswith(".csv"):
+            object.__setattr__(self, "synergy_space", self.hand.synergies(self.synergy_set))
+            object.__setattr__(self, "synergy_set", None)
         if self.contacts is not None:
             chosen = tuple(self.contacts)
             everything = len(chosen) == len(self.hand.contact_frames(self.contact_set)) == len(set(chosen))

@@ -13,7 +13,8 @@ from ..exceptions import NameNotFoundError
 from ..hand.loading import load_hand
 from ..hand.urdf_file import ROBOT_DATA, find_robot_file
 from ..model.task_direction import force_task
-from ..objects import Box, Capsule, Cylinder, EllipsoidObject, GraspObject, MeshObject, Sphere
+from ..objects import GraspObject, MeshObject
+from ..objects.random_objects import CLOSED_FORMS, MASS
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
 from ..problem.parameters import GraspParameters
@@ -25,30 +26,6 @@ MESHES = {
     "palm": ("tiago_description/meshes/hey5/palm_collision.stl", 0.8),
 }
 """Meshes of robot parts as graspable things: file below the robots of example-robot-data, and scale."""
-MASS = 0.2
-"""Mass of every object [kg]."""
-
-
-def _cylinder(rng: np.random.Generator) -> GraspObject:
-    return Cylinder(radius=float(rng.uniform(0.020, 0.045)), mass=MASS)
-
-
-def _sphere(rng: np.random.Generator) -> GraspObject:
-    return Sphere(radius=float(rng.uniform(0.025, 0.045)), mass=MASS)
-
-
-def _box(rng: np.random.Generator) -> GraspObject:
-    x, y, z = (float(edge) for edge in rng.uniform(0.040, 0.080, 3))
-    return Box(x=x, y=y, z=z, mass=MASS, edge=0.005)
-
-
-def _capsule(rng: np.random.Generator) -> GraspObject:
-    return Capsule(radius=float(rng.uniform(0.020, 0.040)), height=float(rng.uniform(0.04, 0.10)), mass=MASS)
-
-
-def _ellipsoid(rng: np.random.Generator) -> GraspObject:
-    x, y, z = (float(half) for half in rng.uniform(0.025, 0.045, 3))
-    return EllipsoidObject(x=x, y=y, z=z, mass=MASS)
 
 
 def _mesh(name: str, rng: np.random.Generator) -> GraspObject:
@@ -58,15 +35,10 @@ def _mesh(name: str, rng: np.random.Generator) -> GraspObject:
 
 
 OBJECTS: dict[str, Callable[[np.random.Generator], GraspObject]] = {
-    "cylinder": _cylinder,
-    "sphere": _sphere,
-    "box": _box,
-    "capsule": _capsule,
-    "ellipsoid": _ellipsoid,
+    **CLOSED_FORMS,
     **{f"mesh-{name}": partial(_mesh, name) for name in MESHES},
 }
-"""Random objects by kind: cylinders of 20–45 mm radius, spheres of 25–45 mm, boxes of 40–80 mm rounded by 5 mm,
-capsules of 20–40 mm radius, ellipsoids of 25–45 mm half axes, and three meshes of random scale."""
+"""Random objects by kind: those of closed form, and three meshes of random scale."""
 
 
 def object_kinds(names: Sequence[str]) -> tuple[str, ...]:

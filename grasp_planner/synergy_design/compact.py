@@ -48,6 +48,7 @@ class FreeGrasp:
         palm_pose: Pose of the palm frame in O, of shape (4, 4).
         displacement: S δσ [rad], of shape (n_q,).
         reference: q_r [rad], of shape (n_q,).
+        contact_forces: Intensities λ in O [N], of shape (n_c, d), where forces come from springs; else None.
         distance: The last distance from the others, dimensionless.
     """
 
@@ -55,6 +56,7 @@ class FreeGrasp:
     palm_pose: Array
     displacement: Array
     reference: Array
+    contact_forces: Array | None = None
     distance: float = np.inf
 
 
@@ -75,6 +77,18 @@ class Scatter:
         size = len(self.mean)
         return UNIT_SPREAD**2 * np.linalg.inv(self.covariance + epsilon**2 * np.eye(size))
 
+    def flattened(self, n: int) -> Scatter:
+        """Return the same scatter with nothing but its n widest directions: all others are to be given up."""
+        eigenvalues, vectors = np.linalg.eigh(self.covariance)
+        widest, along = np.maximum(eigenvalues[-n:], 0.0), vectors[:, -n:]
+        return replace(self, covariance=(along * widest) @ along.T)
+
+    def directions(self, n: int) -> Array:
+        """Return its n widest directions, the widest first, each closing more joints than it opens, (n_q, n)."""
+        _, vectors = np.linalg.eigh(self.covariance)
+        widest = vectors[:, ::-1][:, :n]
+        return widest * np.where(widest.sum(axis=0) < 0.0, -1.0, 1.0)
+
 
 def free_grasp(grasp: Grasp) -> FreeGrasp:
     """Return a planned grasp as one of the fully actuated hand."""
@@ -83,6 +97,7 @@ def free_grasp(grasp: Grasp) -> FreeGrasp:
         grasp.palm_pose.homogeneous,
         grasp.problem.synergies.basis @ grasp.delta_sigma,
         grasp.reference_joint_angles,
+        grasp.contact_forces,
     )
 
 
@@ -101,7 +116,10 @@ def scatter_of(grasps: Sequence[FreeGrasp], displacement_scale: float) -> Scatte
 
 
 class SpanDistance(Cost):
-    """((q_r − q̄)ᵀ M (q_r − q̄) + w dᵀ M d)/n_q with d the scaled S δσ; for a hand whose S is the identity."""
+    """((q_r − q̄)ᵀ M (q_r − q̄) + w dᵀ M d)/n_q with d the scaled S δσ; for a hand whose S is the identity.
+
+    Where forces come from springs there is no δσ, and references alone count.
+    """
 
     name = "span_distance"
 
@@ -116,17 +134,21 @@ class SpanDistance(Cost):
         """Return its gradient by x."""
         away, moved = state.reference - self.mean, self.displacement_scale * state.delta_sigma
         slope = 2.0 * (self.metric @ away) @ state.d_reference
-        slope[-len(moved) :] += 2.0 * DISPLACEMENT_WEIGHT * self.displacement_scale * (self.metric @ moved)
+        if moved.size:
+            slope[-len(moved) :] += 2.0 * DISPLACEMENT_WEIGHT * self.displacement_scale * (self.metric @ moved)
         return slope / len(away)
 
     def clear_value(self, grasp: PosedGrasp) -> float:
         """Return the distance of a grasp that meets its synergies."""
-        return self._distance(grasp.reference_joint_angles, grasp.delta_sigma)
+        moved = grasp.delta_sigma if grasp.contact_forces is None else np.zeros(0)
+        return self._distance(grasp.reference_joint_angles, moved)
 
     def _distance(self, reference: Array, delta_sigma: Array) -> float:
         """Return the distance of q_r and δσ."""
         away, moved = reference - self.mean, self.displacement_scale * delta_sigma
-        squares = away @ self.metric @ away + DISPLACEMENT_WEIGHT * moved @ self.metric @ moved
+        squares = away @ self.metric @ away
+        if moved.size:
+            squares += DISPLACEMENT_WEIGHT * moved @ self.metric @ moved
         return float(squares / len(away))
 
 
@@ -157,8 +179,9 @@ def moved_closer(problem: GraspProblem, grasp: FreeGrasp, scatter: Scatter, epsi
     free = fully_actuated_problem(problem)
     cost = SpanDistance(scatter.mean, scatter.metric(epsilon), displacement_scale(free))
     weights = replace(free.parameters, force_weight=FORCE_WEIGHT, task_weight=0.0)
-    program = GraspProgram(replace(free, parameters=weights, costs=(cost,)), pin.SE3(grasp.palm_pose))
-    start = program.pack(grasp.joint_angles, pin.SE3(grasp.palm_pose), grasp.displacement)
+    pose = pin.SE3(grasp.palm_pose)
+    program = GraspProgram(replace(free, parameters=weights, costs=(cost,)), pose)
+    start = program.pack(grasp.joint_angles, pose, grasp.displacement, grasp.contact_forces)
 
     def distance(z: Array) -> float:
         return program.objective.value(program.problem, program.state(z))
@@ -167,9 +190,15 @@ def moved_closer(problem: GraspProblem, grasp: FreeGrasp, scatter: Scatter, epsi
         z = solve_nlp(program.build("two"), start, max_iterations=MAX_ITERATIONS, tolerance=TOLERANCE).z
     if not np.isfinite(z).all() or program.merit(z) > CLOSE_ENOUGH:
         return replace(grasp, distance=distance(start))
-    state, layout = program.state(z), program.evaluator.layout
-    pose = program.evaluator.palm_pose(state.x).homogeneous
-    return FreeGrasp(state.x[layout.joints], pose, state.delta_sigma, state.reference, distance(z))
+    state, found = program.state(z), program.evaluator
+    return FreeGrasp(
+        state.x[found.layout.joints],
+        found.palm_pose(state.x).homogeneous,
+        state.delta_sigma if state.delta_sigma.size else grasp.displacement,
+        state.reference,
+        found.forces_in_object(state.x),
+        distance(z),
+    )
 
 
 def spanning_synergies(joint_names: Sequence[str], scatter: Scatter, others: Array, least: float) -> SynergySpace:

@@ -1,0 +1,118 @@
+"""Sets for a number of motors: what they are made from, that they reach it, and the command."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from click.testing import CliRunner
+
+import grasp_planner as gp
+from grasp_planner.cli.main import main
+from grasp_planner.exceptions import InvalidValueError
+from grasp_planner.objects.random_objects import CLOSED_FORMS, MESHES, random_object
+from grasp_planner.synergy_design.design import FIRST_SEED, Design, Progress, synergies_for_motors
+from grasp_planner.synergy_design.training import KINDS, Training, fully_actuated, object_scale
+
+
+@pytest.mark.parametrize("kind", [*CLOSED_FORMS, *MESHES])
+def test_random_objects_are_in_size_for_a_hand_and_the_same_from_the_same_seed(kind, tmp_path):
+    things = [random_object(kind, np.random.default_rng(seed), tmp_path) for seed in (3, 3, 4)]
+    assert things[0] == things[1] != things[2]
+    for thing in things:
+        assert 0.035 < min(thing.mesh.extents) < 0.095
+        assert thing.distances(np.zeros(3)) < 0.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_hulls_are_convex_and_turned_bodies_solids(seed):
+    hull, turned = (MESHES[kind](np.random.default_rng(seed)) for kind in ("hull", "turned"))
+    assert hull.is_convex and hull.is_watertight
+    assert turned.is_watertight and turned.volume > 0.0
+    radii = np.linalg.norm(turned.vertices[:, :2], axis=1)
+    assert radii.max() <= 0.045 + 1e-12
+    assert trimesh.convex.convex_hull(turned).volume > 1.001 * turned.volume
+
+
+def test_a_training_problem_is_the_default_problem_of_its_seed(right, tmp_path):
+    training = Training("dlr_hit_ii_right", tmp_path, scale=0.9)
+    space = right.synergies("native_clear").truncated(2)
+    problem = training.problem(1, space, right)
+    assert problem == training.problem(1, space)
+    assert problem.n_synergies == 2 and problem.synergies == space
+    assert problem.loads.active and problem.clearance == gp.ClearanceOptions()
+    whole = replace(training, scale=1.0).problem(1, space, right).grasp_object
+    assert problem.grasp_object.radius == pytest.approx(0.9 * whole.radius)
+    assert {training.kind(seed) for seed in range(len(KINDS))} == set(KINDS)
+
+
+def test_objects_suit_the_hand(right, tmp_path):
+    assert object_scale(right) == pytest.approx(1.0, abs=0.1)
+    with pytest.raises(InvalidValueError, match="scale"):
+        Training("dlr_hit_ii_right", tmp_path, scale=-1.0)
+
+
+@pytest.mark.parametrize(("motors", "objects", "field"), [(0, 4, "motors"), (16, 4, "motors"), (1, 1, "objects")])
+def test_numbers_out_of_range_are_named(tmp_path, motors, objects, field):
+    with pytest.raises(InvalidValueError, match=field):
+        synergies_for_motors(Training("dlr_hit_ii_right", tmp_path), motors, objects=objects)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_set_for_two_motors_grasps_what_it_was_made_from(right, tmp_path, workers):
+    told = []
+    training = Training("dlr_hit_ii_right", tmp_path)
+    space, grasped = synergies_for_motors(training, 2, objects=3, workers=workers, report=told.append)
+    assert space.n_synergies == 2 and space.joint_names == right.joint_names
+    np.testing.assert_allclose(space.basis.T @ space.basis, np.eye(2), atol=1e-12)
+    assert grasped >= 2
+    found = [
+        gp.plan_grasp(training.problem(FIRST_SEED + k, space, right), seed=k, options=gp.PlannerOptions(enough=1))
+        for k in range(3)
+    ]
+    assert sum(grasp.feasible for grasp in found) >= grasped
+    stages = [each for each in told if isinstance(each, Progress)]
+    assert all(0 <= each.done <= each.total for each in stages)
+    assert any("n_s = 2" in each for each in told if isinstance(each, str))
+
+
+def test_objects_out_of_reach_of_the_free_hand_are_no_set(tmp_path, monkeypatch):
+    monkeypatch.setattr("grasp_planner.synergy_design.design.FREE_STARTS", 1)
+    with pytest.raises(InvalidValueError, match="objects"):
+        Design(Training("dlr_hit_ii_right", tmp_path, kinds=("sphere",), scale=8.0), range(2))
+
+
+def test_every_joint_of_the_free_hand_is_a_synergy_within_its_limits(hand):
+    space = fully_actuated(hand)
+    np.testing.assert_array_equal(space.basis, np.eye(hand.n_joints))
+    assert (space.mean >= hand.lower).all() and (space.mean <= hand.upper).all()
+
+
+@pytest.mark.slow
+def test_the_command_writes_a_set_that_plan_takes(tmp_path):
+    out, result = tmp_path / "two.csv", tmp_path / "grasp.json"
+    words = f"synergies design --motors 2 --objects 2 --out {out}".split()
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, done.output
+    space = gp.load_synergies(out)
+    assert space.name == "motors_2" and "not human data" in space.provenance
+    assert "synergies design --hand dlr_hit_ii_right --motors 2 --objects 2 --seed 20000 --scale" in space.provenance
+    words = f"plan --synergy-set {out} --synergies 2 --object sphere:radius=0.038 --json {result}".split()
+    assert CliRunner().invoke(main, words).exit_code in (0, 3)
+    assert gp.load_grasp(result).problem.synergies == space.truncated(2)
+
+
+@pytest.mark.parametrize(
+    ("words", "field"),
+    [
+        ("--motors 0", "motors"),
+        ("--motors 40", "motors"),
+        ("--motors 1 --objects 0", "objects"),
+        ("--motors 1 --scale 0", "scale"),
+    ],
+)
+def test_bad_words_get_one_line(tmp_path, words, field):
+    done = CliRunner().invoke(main, ["synergies", "design", "--out", str(tmp_path / "set.csv"), *words.split()])
+    assert done.exit_code == 2 and field in done.output
+    assert not (tmp_path / "set.csv").exists()
