@@ -246,7 +246,7 @@ class Hand(Value):
         """Return a synergy set of the hand, in the order of its joints.
 
         Args:
-            set_name: Name of the set, ``tendons``, ``motors`` or ``closing``, or a CSV file; the default one if left out.
+            set_name: Name of the set, ``tendons``, ``motors`` or ``closing``, or a CSV file; the default if left out.
             compliance: C_q that the tendons bend [rad/(N m)], of shape (n_q,) or (n_q, n_q); the hand's if left out.
 
         Returns:
