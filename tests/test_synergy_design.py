@@ -11,6 +11,7 @@ import grasp_planner as gp
 from grasp_planner.cli.main import main
 from grasp_planner.exceptions import InvalidValueError
 from grasp_planner.objects.random_objects import CLOSED_FORMS, MESHES, random_object
+from grasp_planner.studies.benchmark_problems import BenchmarkCase
 from grasp_planner.synergy_design.design import FIRST_SEED, Design, Progress, synergies_for_motors
 from grasp_planner.synergy_design.training import KINDS, Training, fully_actuated, object_scale
 
@@ -116,3 +117,18 @@ def test_bad_words_get_one_line(tmp_path, words, field):
     done = CliRunner().invoke(main, ["synergies", "design", "--out", str(tmp_path / "set.csv"), *words.split()])
     assert done.exit_code == 2 and field in done.output
     assert not (tmp_path / "set.csv").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["dlr_hit_ii_right", "allegro_right"])
+@pytest.mark.parametrize("motors", [1, 2, 3])
+def test_the_sets_for_exactly_so_many_motors_grasp_what_they_have_not_seen(name, motors):
+    space = gp.load_hand(name).synergies(f"motors_{motors}")
+    assert space.n_synergies == motors and f"--hand {name} --motors {motors}" in space.provenance
+    cases = [
+        BenchmarkCase(seed, motors, name, kind, f"motors_{motors}", clearance=True, loads=True)
+        for seed, kind in enumerate(("cylinder", "sphere", "box", "cylinder"))
+    ]
+    options = gp.PlannerOptions(enough=1)
+    found = [gp.plan_grasp(case.problem(), seed=case.seed, options=options).feasible for case in cases]
+    assert sum(found) >= 3
