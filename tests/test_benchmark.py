@@ -4,7 +4,8 @@ import subprocess
 import sys
 from dataclasses import replace
 
-from grasp_planner.studies.benchmark import plan_cases
+from grasp_planner.evaluation.state import StateEvaluator
+from grasp_planner.studies.benchmark import evaluation_speed, plan_cases
 from grasp_planner.studies.benchmark_problems import BenchmarkCase
 
 
@@ -19,6 +20,20 @@ def test_results_do_not_depend_on_the_number_of_workers():
     assert results == untimed(one)
     assert [result.case for result in results] == cases
     assert any(result.feasible for result in results)
+
+
+def test_no_state_is_timed_twice(monkeypatch):
+    """What follows from a posture is kept while it stays the same: a second call would measure that."""
+    seen, evaluate = [], StateEvaluator.evaluate
+
+    def noting(evaluator, x):
+        seen.append(x.tobytes())
+        return evaluate(evaluator, x)
+
+    monkeypatch.setattr(StateEvaluator, "evaluate", noting)
+    speed = evaluation_speed("dlr_hit_ii_right", 3, clearance=True, states=2, repeats=4)
+    assert len(seen) == len(set(seen)) == 8
+    assert speed.ratio == speed.median_ms / speed.kinematics_ms > 1.0
 
 
 def test_studies_load_without_the_extras():
