@@ -149,7 +149,7 @@ class Pose(Value):
             if matrix is None or matrix.shape != (4, 4):
                 raise InvalidValueError("pose", pose, "a Pose, a pin.SE3 or a matrix of shape (4, 4)")
             pose = pin.SE3(np.asarray(matrix, dtype=float))
-        found = cls._of_se3(pose)
+        found = cls.of_se3(pose)
         if not (np.isfinite(found.rotation).all() and np.isfinite(found.translation).all()):
             raise InvalidValueError("pose", found.homogeneous.tolist(), "finite numbers")
         skewed = np.abs(found.rotation @ found.rotation.T - np.eye(3)).max()
@@ -158,9 +158,9 @@ class Pose(Value):
         return found
 
     @classmethod
-    def _of_se3(cls, pose: pin.SE3) -> Pose:
-        """Return the pose of a pin.SE3, unchecked."""
-        return cls(np.array(pose.rotation), np.array(pose.translation))
+    def of_se3(cls, pose: pin.SE3) -> Pose:
+        """Return the pose of a pin.SE3 that Pinocchio has computed, unchecked."""
+        return cls(pose.rotation, pose.translation)
 
     @classmethod
     def identity(cls) -> Pose:
@@ -178,7 +178,7 @@ class Pose(Value):
 
     def inverse(self) -> Pose:
         """Return T_b_a."""
-        return Pose._of_se3(self.se3().inverse())
+        return Pose.of_se3(self.se3().inverse())
 
     def act(self, point: npt.ArrayLike) -> Array:
         """Return a point of b in a [m], of shape (3,)."""
@@ -188,11 +188,11 @@ class Pose(Value):
         """Return T_a_c of this T_a_b and another T_b_c, a Pose or a pin.SE3."""
         if not isinstance(other, Pose | pin.SE3):
             return NotImplemented
-        return Pose._of_se3(self.se3() * (other.se3() if isinstance(other, Pose) else other))
+        return Pose.of_se3(self.se3() * (other.se3() if isinstance(other, Pose) else other))
 
     def __rmul__(self, other: Any) -> Pose:
         """Return T_c_b of a pin.SE3 T_c_a and this T_a_b."""
-        return Pose._of_se3(other * self.se3()) if isinstance(other, pin.SE3) else NotImplemented
+        return Pose.of_se3(other * self.se3()) if isinstance(other, pin.SE3) else NotImplemented
 
     def near(self, other: Any, tolerance: float = 1e-9) -> bool:
         """Return whether another pose is the same to a tolerance in every number of the matrix [1, m]."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,11 @@ LONGEST_PART = 60
 """… and one of its fields."""
 SHOWN_NUMBERS = 6
 """Most numbers of an array, and most entries of a tuple, that are printed; of more only the shape or the first."""
+PLAIN = frozenset({str, int, float, bool, type(None)})
+"""Kinds of fields that can't be changed anyway."""
+PLAIN_POWER = 5
+"""Largest power of ten that people read in plain digits."""
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class Value:
@@ -26,18 +32,18 @@ class Value:
     """
 
     def __post_init__(self) -> None:
-        for name, value in _own(self).items():
-            frozen = _frozen(value)
-            if frozen is not value:
-                object.__setattr__(self, name, frozen)
+        own = self.__dict__
+        for name in _names(type(self)):
+            if type(own[name]) not in PLAIN:
+                own[name] = _frozen(own[name])
 
     def _content(self) -> dict[str, Any]:
         """Return what makes two of them equal, by name: the fields that are compared."""
-        return {field.name: getattr(self, field.name) for field in _fields(self) if field.compare}
+        return {field.name: getattr(self, field.name) for field in _fields(type(self)) if field.compare}
 
     def _shown(self) -> dict[str, Any]:
         """Return what is printed, by name: the fields that are printed and have no default or another value."""
-        values = {field.name: getattr(self, field.name) for field in _fields(self) if field.repr}
+        values = {field.name: getattr(self, field.name) for field in _fields(type(self)) if field.repr}
         return {name: value for name, value in values.items() if not _is_default(self, name, value)}
 
     @cached_property
@@ -82,19 +88,43 @@ def exact_text(number: float) -> str:
     return text if float(text) == number else repr(number)
 
 
-def _fields(value: Value) -> tuple[Field[Any], ...]:
-    """Return the dataclass fields of a value."""
-    return fields(value)  # type: ignore[arg-type]  # every value is a dataclass
+def number_text(value: float, digits: int = 3) -> str:
+    """Return a number as people write it, such as 2420 or 1.1·10⁻⁵: ∞ where infinite, – where undefined.
+
+    Args:
+        value: The number.
+        digits: How many of its digits count.
+    """
+    if math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    mantissa, _, power = f"{value:.{digits}g}".partition("e")
+    if power and 0 < int(power) <= PLAIN_POWER:
+        mantissa, power = f"{float(f'{mantissa}e{power}'):.0f}", ""
+    return mantissa.replace("-", "−") + (f"·10{str(int(power)).translate(RAISED)}" if power else "")
+
+
+@cache
+def _fields(kind: type[Value]) -> tuple[Field[Any], ...]:
+    """Return the dataclass fields of a class of values."""
+    return fields(kind)  # type: ignore[arg-type]  # every value is a dataclass
+
+
+@cache
+def _names(kind: type[Value]) -> tuple[str, ...]:
+    """Return the names of the fields of a class of values."""
+    return tuple(field.name for field in _fields(kind))
 
 
 def _own(value: Value) -> dict[str, Any]:
     """Return the fields of a value by name."""
-    return {field.name: getattr(value, field.name) for field in _fields(value)}
+    return {name: getattr(value, name) for name in _names(type(value))}
 
 
 def _is_default(owner: Value, name: str, value: object) -> bool:
     """Return whether a field of an owner holds its default."""
-    field = next(field for field in _fields(owner) if field.name == name)
+    field = next(field for field in _fields(type(owner)) if field.name == name)
     if field.default_factory is not MISSING:
         return bool(_comparable(field.default_factory()) == _comparable(value))
     return field.default is not MISSING and bool(_comparable(field.default) == _comparable(value))

@@ -1,11 +1,13 @@
-"""Measure the viewer: drag to redraw, idle, while planning, with many pages and to new pixels; cancelling; memory.
+"""Measure the viewer: opening, drag to redraw, alone, while planning, with many pages, to pixels; cancelling; memory.
 
-Usage: python scripts/benchmark_viewer.py [--plans 1000] [--clients 20] [--changes 200] [--pixels]
+Usage: python scripts/benchmark_viewer.py [--plans 20] [--clients 20] [--drags 1000] [--changes 200] [--pixels]
 
 A drag is timed from the new value of a slider until the hand is drawn and sent: by the clock, and in processor time of
 the thread that does it, which other work on the machine does not lengthen. The pages are connections in a process of
-their own that read all they are sent. The plans are short ones, from a feasible grasp. Pixels are those of headless
-Chromium with software rendering (GRASP_PLANNER_CHROMIUM or /usr/bin/chromium), which a graphics card outdoes.
+their own that read all they are sent. The plans are short ones, from a feasible grasp. Opening is the processor time of
+the viewer until its first picture is drawn; with --pixels also what the viewer and Chromium take until a page shows it.
+Pixels are those of headless Chromium with software rendering (GRASP_PLANNER_CHROMIUM or /usr/bin/chromium), which a
+graphics card outdoes.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from multiprocessing.sharedctypes import Synchronized
 from multiprocessing.synchronize import Event
 from pathlib import Path
 
+import psutil
 import viser
 from websockets.sync.client import ClientConnection, connect
 
@@ -29,6 +32,8 @@ from grasp_planner.viewer import GraspViewer
 
 DRAGS = 60
 """Slider values of one measurement."""
+SMALL = 2e-5
+"""Steps of a slider with which all fingers keep touching [rad]."""
 STARTING_S = 6.0
 """How long the planning process may take to load its libraries, which would disturb the first measurement [s]."""
 FLAGS = (
@@ -49,6 +54,9 @@ SEEN = f"""() => {{
   look();
 }}"""
 """Notes the frame after that in which a joint has turned."""
+SHOWN = f"""() => window.__viserMutable?.nodeRefFromName['{JOINT}'] && !window.__viserMutable.messageQueue.length
+  && window.__viserTestpoints.rendererInfo.render.frame > 0"""
+"""Whether the page has drawn the hand."""
 SAMPLES = 10
 """How often the memory is printed."""
 
@@ -75,12 +83,12 @@ def until(condition: Callable[[], bool], limit_s: float = 120.0) -> None:
         time.sleep(0.0005)
 
 
-def drags(viewer: GraspViewer) -> Times:
+def drags(viewer: GraspViewer, start: float = 0.2, step: float = 0.002) -> Times:
     """Return the time from each slider value to the drawn hand."""
     times, efforts = [], []
     clock = time.pthread_getcpuclockid(viewer.worker._thread.ident or 0)
-    for step in range(DRAGS):
-        value = 0.2 + 0.002 * step
+    for count in range(DRAGS):
+        value = start + count * step
         began, before = time.perf_counter(), time.clock_gettime(clock)
         viewer.synergies.sliders[0].value = value
         until(lambda value=value: viewer.session.live.sigma[0] == value)
@@ -136,15 +144,19 @@ def drags_with_pages(viewer: GraspViewer, count: int) -> Times:
 
 
 def drags_to_pixels(viewer: GraspViewer) -> Times:
-    """Return the times from each slider value to a frame of a real browser that shows it."""
+    """Print what opening a page costs; return the times from each slider value to a frame of a real browser."""
     from playwright.sync_api import sync_playwright
 
     browser_path = os.environ.get("GRASP_PLANNER_CHROMIUM", "/usr/bin/chromium")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=browser_path, headless=True, args=list(FLAGS))
         page = browser.new_page(viewport={"width": 1100, "height": 760})
+        began, own, theirs = time.perf_counter(), time.process_time(), chromium_seconds()
         page.goto(f"{viewer.url}/?fixedDpr=1")
-        page.wait_for_function(f"() => window.__viserMutable?.nodeRefFromName['{JOINT}']", timeout=90_000)
+        page.wait_for_function(SHOWN, timeout=90_000)
+        own, theirs = time.process_time() - own, chromium_seconds() - theirs
+        clock = time.perf_counter() - began
+        print(f"a page opens: viewer {own:.1f} s, Chromium {theirs:.1f} s of processor time; clock {clock:.1f} s")
         page.wait_for_timeout(3000)
         times = []
         for step in range(DRAGS // 3):
@@ -172,6 +184,22 @@ def watch_changes(viewer: GraspViewer, changes: int) -> None:
                 f"after {done} changes ({spent:.2f} s of processor time each): {resident_mb(os.getpid()):.0f} MB",
                 flush=True,
             )
+
+
+def watch_drags(viewer: GraspViewer, count: int) -> None:
+    """Print the memory of the viewer over many drags."""
+    for done in range(0, count + 1, max(1, count // SAMPLES)):
+        if done:
+            for step in range(max(1, count // SAMPLES)):
+                viewer.synergies.sliders[0].value = 0.2 + 0.001 * (step % DRAGS)
+                viewer.worker.drain()
+        print(f"after {done} drags: {resident_mb(os.getpid()):.0f} MB", flush=True)
+
+
+def chromium_seconds() -> float:
+    """Return the processor time that all processes below this one whose name says Chromium have taken so far [s]."""
+    own = psutil.Process()
+    return sum(sum(each.cpu_times()[:2]) for each in own.children(recursive=True) if each.name().startswith("chrom"))
 
 
 def resident_mb(pid: int) -> float:
@@ -209,16 +237,19 @@ def watch_memory(viewer: GraspViewer, plans: int) -> None:
 def main() -> None:
     """Print the medians."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--plans", type=int, default=1000, help="plans over which memory is watched")
+    parser.add_argument("--plans", type=int, default=20, help="plans over which memory is watched")
     parser.add_argument("--clients", type=int, default=20, help="pages connected at once")
+    parser.add_argument("--drags", type=int, default=1000, help="drags over which memory is watched")
     parser.add_argument("--changes", type=int, default=200, help="changes of the problem over which memory is watched")
     parser.add_argument("--pixels", action="store_true", help="also measure a drag to new pixels of Chromium")
     arguments = parser.parse_args()
     viewer = GraspViewer(None, port=0)
     viewer.worker.drain()
+    print(f"the viewer opens: {time.process_time():.1f} s of processor time, its imports included", flush=True)
     time.sleep(STARTING_S)
     print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores", flush=True)
-    show("drag to redraw, idle", drags(viewer))
+    show("drag to redraw, fingers touching", drags(viewer, viewer.session.live.sigma[0] + SMALL, SMALL))
+    show("drag to redraw, fingers apart", drags(viewer))
     show(f"drag to redraw, {arguments.clients} pages connected", drags_with_pages(viewer, arguments.clients))
     if arguments.pixels:
         show("drag to new pixels", drags_to_pixels(viewer))
@@ -237,8 +268,11 @@ def main() -> None:
         viewer.plan.cancel.value = True
         until(lambda: not viewer.planning.busy)
         cancels.append(1e3 * (time.perf_counter() - began))
+    if arguments.drags:
+        watch_drags(viewer, arguments.drags)
     print(f"cancel: {', '.join(f'{time_ms:.0f}' for time_ms in cancels)} ms", flush=True)
-    watch_changes(viewer, arguments.changes)
+    if arguments.changes:
+        watch_changes(viewer, arguments.changes)
     viewer.worker.submit(lambda: viewer.session.set_problem(easy))
     viewer.plan.enough.value, viewer.plan.starts.value = 1, 20
     if arguments.plans:

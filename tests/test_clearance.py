@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.collision.coal_distances import signed_distance
+from grasp_planner.collision.coal_distances import ExactDistance
 from grasp_planner.collision.distances import SegmentSearch, grouped_minimum, saturate, segment_pairs
 from grasp_planner.collision.link_shapes import contact_shapes, link_shapes, shape_pairs, tip_axes
 from grasp_planner.evaluation.state import StateEvaluator
@@ -161,7 +161,7 @@ def test_signed_distance_of_capsules_equals_coal(text):
         frame = np.linalg.svd(axis[None] / length)[2].T
         turn = np.column_stack([frame[:, 1], frame[:, 2], np.cross(frame[:, 1], frame[:, 2])])
         pose = coal.Transform3s(turn, (start[k] + end[k]) / 2)
-        value, *_ = signed_distance(coal.Capsule(0.01, length), pose, solid.coal_geometry(), coal.Transform3s())
+        value = ExactDistance()(coal.Capsule(0.01, length), pose, solid.coal_geometry(), coal.Transform3s())
         assert value == pytest.approx(distance[k] - 0.01, abs=1e-6)
         compared += 1
     assert compared > 50

@@ -17,7 +17,7 @@ import grasp_planner as gp
 from grasp_planner.grasp.search_report import SearchReport
 from grasp_planner.hand.configuration import HandConfiguration
 from grasp_planner.spatial import Pose
-from grasp_planner.values import LONGEST_PRINT, Value, exact_text
+from grasp_planner.values import LONGEST_PRINT, Value, exact_text, number_text
 
 NUMBERS = st.floats(-2.0, 2.0, allow_nan=False)
 HANDS = sorted(gp.hand_library())
@@ -189,6 +189,28 @@ def test_arrays_count_by_numbers_and_shape(one, two):
     assert Held(one) == Held(np.asfortranarray(one.copy()))
     assert Held(one) != Held(one.ravel())
     assert Held(0.0 * one) == Held(-0.0 * one) and hash(Held(0.0 * one)) == hash(Held(-0.0 * one))
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    (
+        (2423.7, "2420"),
+        (1.1e-5, "1.1·10⁻⁵"),
+        (-3.0, "−3"),
+        (2e9, "2·10⁹"),
+        (np.nan, "–"),
+        (-np.inf, "−∞"),
+        (0.25, "0.25"),
+    ),
+)
+def test_a_number_is_written_as_people_write_it(number, text):
+    assert number_text(number) == text
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.integers(1, 6))
+def test_the_text_of_a_number_is_the_number_rounded(number, digits):
+    plain = number_text(number, digits).translate(str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789"))
+    assert float(plain.replace("·10", "e")) == float(f"{number:.{digits}g}")
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

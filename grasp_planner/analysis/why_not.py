@@ -16,6 +16,7 @@ from ..planning.program import GraspProgram
 from ..planning.starts import GraspStart
 from ..problem.search_options import PlannerOptions
 from ..spatial import Array
+from ..values import number_text
 from .knobs import Knob, problem_knobs
 
 RESOLUTION = 0.05
@@ -49,7 +50,7 @@ class Change:
     def text(self) -> str:
         """The change in words."""
         unit = f" {self.unit}" if self.unit else ""
-        return f"{self.parameter} {self.current:.4g} → {self.needed:.4g}{unit}"
+        return f"{self.parameter} {number_text(self.current, 4)} → {number_text(self.needed, 4)}{unit}"
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from rich.console import Console
 from ..analysis.measured_contacts import ContactSet, contact_set
 from ..analysis.measures import Measure, measure_contacts
 from ..records.contact_file import is_contact_file, read_contact_file
+from ..values import number_text
 from .grasp_file import opened_grasp
 from .margins import new_table
 
@@ -54,4 +54,4 @@ def _cell(name: str, others: Sequence[Measure]) -> str:
     measure = next((each for each in others if each.name == name), None)
     if measure is None:
         return "–"
-    return measure.text or ("–" if math.isnan(measure.value) else f"{measure.value:.4g}")
+    return measure.text or number_text(measure.value, 4)

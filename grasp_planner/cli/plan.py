@@ -20,6 +20,7 @@ from ..planning.planner import MOST_GRASPS, plan_grasps
 from ..planning.trade import task_angle, trade_front, trade_text, traded_grasps
 from ..problem.term import own_costs
 from ..records.grasp_files import grasp_json, grasp_list_json
+from ..values import number_text
 from .margins import margin_rows, new_table, print_verdict
 from .options import planner_options, problem_from_options, problem_options, search_options
 from .output import check_writable, write_or_print
@@ -78,8 +79,8 @@ def plan(
         def show(record: IterationRecord) -> None:
             status.update(
                 f"start {record.start + 1}, phase {record.phase}, iteration {record.iteration}: "
-                f"F = {record.force_norm:.3g} N, C = {record.task_index:.3g}, "
-                f"gap {1e3 * record.violations['surface']:.3g} mm"
+                f"F = {number_text(record.force_norm)} N, C = {number_text(record.task_index)}, "
+                f"gap {number_text(1e3 * record.violations['surface'])} mm"
             )
 
         try:
@@ -125,7 +126,7 @@ def _print_trade(console: Console, grasp: Grasp, found: list[Grasp], picture: Pa
 
     table = new_table("front of force and task", ("F [N]", "angle [°]", "C"))
     for each in front:
-        table.add_row(f"{each.force_norm:.3f}", f"{task_angle(each):.1f}", f"{each.task_index:.3g}")
+        table.add_row(f"{each.force_norm:.3f}", f"{task_angle(each):.1f}", number_text(each.task_index))
     console.print(table)
     draw_trade(known, front, grasp, picture)
     console.print(f"front: {picture}")
@@ -149,7 +150,7 @@ def print_grasp(console: Console, grasp: Grasp) -> None:
         ("task", ", ".join(task.text for task in problem.tasks)),
         ("synergies", f"{problem.n_synergies} of set {_set_name(grasp)}"),
         ("F", f"{grasp.force_norm:.4f} N ({_force_text(grasp)})"),
-        ("C", f"{grasp.task_index:.4g}"),
+        ("C", number_text(grasp.task_index, 4)),
         *own_cost_rows(grasp),
         *_task_rows(grasp),
         ("clearance", _clearance_text(grasp)),
@@ -190,7 +191,7 @@ def _grasps_table(grasps: Sequence[Grasp], count: int) -> Table:
             str(number),
             f"{grasp.force_norm:.3f}",
             f"{grasp.alignments[0][0]:.1f}",
-            f"{grasp.task_index:.3g}",
+            number_text(grasp.task_index),
             f"{grasp.passive_margin.size:.2f}",
             "yes" if grasp.closing.holds else "no",
         )
@@ -232,7 +233,7 @@ def _task_rows(grasp: Grasp) -> list[tuple[str, str]]:
         grasp.problem.tasks, grasp.transmission_ratios, grasp.alignments, strict=True
     ):
         symbol = "β" if task.is_motion else "α"
-        amount = "∞ (the structure resists, not the motors)" if math.isinf(ratio) else f"{ratio:.4g}"
+        amount = "∞ (the structure resists, not the motors)" if math.isinf(ratio) else number_text(ratio, 4)
         note = ", degenerate ellipsoid" if degenerate else ""
         rows.append((f"{symbol} {task.text}", f"{amount}; angle to the ellipsoid's longest axis {angle:.2f}°{note}"))
     return rows
@@ -268,6 +269,6 @@ def _violation_table(grasp: Grasp) -> Table:
     table = new_table(title, ("requirement", "violation", "unit"))
     failed = grasp.failures()
     for name, found in grasp.violations.items():
-        value = f"{found.value:.3g}"
+        value = number_text(found.value)
         table.add_row(name, f"[red]{value}[/]" if name in failed else value, found.unit.symbol)
     return table

@@ -70,6 +70,11 @@ class ExactDistance:
         value = self._ask(self._fine, first, pose_first, second, pose_second)
         return self._ask(self._deep, first, pose_first, second, pose_second) if value < DEEP else value
 
+    def nearest(self, first: Any, pose_first: Any, second: Any, pose_second: Any) -> tuple[float, Array, Array]:
+        """Return the signed distance of two geometries at their poses and, till asked again, the nearest points [m]."""
+        value = self(first, pose_first, second, pose_second)
+        return value, self.result.getNearestPoint1(), self.result.getNearestPoint2()
+
     def _ask(self, wanted: Any, first: Any, pose_first: Any, second: Any, pose_second: Any) -> float:
         """Return the answer to one request."""
         self.result.clear()
@@ -110,23 +115,6 @@ def _core(geometry: Any) -> tuple[Any, float]:
     core = geometry.clone()
     core.setSweptSphereRadius(0.0)
     return core, rim
-
-
-def signed_distance(first: Any, pose_first: Any, second: Any, pose_second: Any) -> tuple[float, Array, Array, Array]:
-    """Return the signed distance of two coal geometries with witness points and normal.
-
-    Args:
-        first: First geometry.
-        pose_first: Its pose, coal.Transform3s.
-        second: Second geometry.
-        pose_second: Its pose.
-
-    Returns:
-        Distance [m], negative if they overlap; nearest points on both; unit normal from the first to the second.
-    """
-    exact = ExactDistance()
-    value, result = exact(first, pose_first, second, pose_second), exact.result
-    return value, result.getNearestPoint1(), result.getNearestPoint2(), np.array(result.normal)
 
 
 class CoalPairs:

@@ -13,6 +13,7 @@ from ..model.grasp_ellipsoids import force_ellipsoid, kinematic_ellipsoid, stiff
 from ..model.quasi_static import CompliantGrasp
 from ..model.task import Ellipsoid
 from ..spatial import Array
+from ..values import number_text
 from . import look
 from .shapes import Faces, ellipsoid_shape
 
@@ -44,7 +45,7 @@ def _draw(axes: Axes3D, ellipsoid: Ellipsoid, factor: float, unit: str, title: s
     """Draw one ellipsoid in its own measure, open where it has no end, with its half lengths."""
     vertices, faces = _surface(ellipsoid)
     vertices = factor * vertices
-    lengths = ", ".join("∞" if np.isinf(length) else f"{length:.3g}" for length in factor * ellipsoid.lengths)
+    lengths = ", ".join(number_text(length) for length in factor * ellipsoid.lengths)
     axes.set_title(f"{title}\n{lengths} {unit}", fontsize="small")
     axes.tick_params(labelsize="x-small")
     axes.set(xlabel="x", ylabel="y", zlabel="z")

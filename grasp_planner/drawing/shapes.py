@@ -11,6 +11,7 @@ import trimesh
 
 from ..model.task import Ellipsoid
 from ..spatial import Array
+from ..values import number_text
 
 Mask = npt.NDArray[np.bool_]
 Faces = npt.NDArray[np.intp]
@@ -135,4 +136,4 @@ def _note(lengths: Array, cut: Mask) -> str:
         shape = "a tube" if unbounded == 1 else "two plates"
         return f"degenerate: unbounded along {unbounded} of 3 axes, drawn as {shape} cut open"
     ratio = float(lengths.max() / lengths.min())
-    return f"{'cut open: ' if cut.any() else ''}its longest axis is {ratio:.3g} times the shortest"
+    return f"{'cut open: ' if cut.any() else ''}its longest axis is {number_text(ratio)} times the shortest"

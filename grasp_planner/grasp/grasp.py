@@ -53,12 +53,12 @@ class Grasp(PosedGrasp):
     def failures(self, tolerance: float = FEASIBILITY_TOLERANCE) -> dict[str, Violation]:
         """Return the violations above a tolerance, largest first."""
         failed = [found for found in self.violations.values() if not found.value <= tolerance]
-        failed.sort(key=lambda found: -np.nan_to_num(found.value, nan=np.inf))
+        failed.sort(key=lambda found: -found.value if found.value == found.value else -np.inf)
         return {found.name: found for found in failed}
 
     def is_feasible(self, tolerance: float = FEASIBILITY_TOLERANCE) -> bool:
         """Return whether every violation is within a tolerance (SI units) and the contacts are force-closed."""
-        return not self.failures(tolerance) and self.force_closed
+        return all(found.value <= tolerance for found in self.violations.values()) and self.force_closed
 
     @property
     def feasible(self) -> bool:

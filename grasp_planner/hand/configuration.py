@@ -43,7 +43,7 @@ class HandConfiguration(Value):
     @cached_property
     def root_pose(self) -> Pose:
         """Pose of the root of the URDF."""
-        return Pose.of(self._root)
+        return Pose.of_se3(self._root)
 
     @cached_property
     def joint_poses(self) -> tuple[Pose, ...]:
@@ -53,11 +53,11 @@ class HandConfiguration(Value):
     @cached_property
     def joint_poses_in_parents(self) -> tuple[Pose, ...]:
         """Poses of the joints in the frames of their parent joints, the root's first."""
-        return tuple(Pose.of(placement) for placement in self._data.liMi)
+        return tuple(Pose.of_se3(placement) for placement in self._data.liMi)
 
     def frame_pose(self, frame_id: int) -> Pose:
         """Return the pose of a frame of the model: a link, a joint or a contact frame, by its index."""
-        return Pose.of(self._root * self._data.oMf[frame_id])
+        return Pose.of_se3(self._root * self._data.oMf[frame_id])
 
     @cached_property
     def geometry_poses(self) -> tuple[Pose, ...]:
@@ -136,4 +136,4 @@ class HandConfiguration(Value):
 
     def _placed(self, placements: Any) -> list[Pose]:
         """Return poses in the root frame as poses in O."""
-        return [Pose.of(self._root * placement) for placement in placements]
+        return [Pose.of_se3(self._root * placement) for placement in placements]

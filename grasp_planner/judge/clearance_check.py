@@ -13,7 +13,7 @@ from typing import Any, Literal
 import coal
 import numpy as np
 
-from ..collision.coal_distances import signed_distance
+from ..collision.coal_distances import ExactDistance
 from ..collision.link_shapes import inner_axes, link_shapes
 from ..hand.configuration import HandConfiguration
 from ..hand.contact_frame import SKIN, ContactFrame, ContactPatch
@@ -71,34 +71,39 @@ def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: Pose) -> tu
     Returns:
         One entry for each pair of solids that is not ignored by the hand's description.
     """
-    hand, configuration = problem.hand, HandConfiguration(problem.hand, q, palm_in_object)
+    return configuration_clearances(problem, HandConfiguration(problem.hand, q, palm_in_object))
+
+
+def configuration_clearances(problem: GraspProblem, configuration: HandConfiguration) -> tuple[Clearance, ...]:
+    """Return :func:`hand_clearances` of the problem's hand in O."""
+    hand, nearest = problem.hand, ExactDistance().nearest
     entries = list(hand.collision_model.geometryObjects)
+    solids = [entry.geometry for entry in entries]
     links = [hand.model.frames[entry.parentFrame].name for entry in entries]
-    placed = configuration.geometry_poses
-    poses = [coal.Transform3s(np.array(pose.rotation), np.array(pose.translation)) for pose in placed]
+    joints = [int(entry.parentJoint) for entry in entries]
+    poses = [coal.Transform3s(pose.rotation, pose.translation) for pose in configuration.geometry_poses]
     exempt_joints = {frame.joint_id for frame in problem.frames if frame.radius == 0.0}
     touching_joints = {frame.joint_id for frame in problem.frames}
     mesh_error = min(problem.grasp_object.solid.distance_error, TOLERATED)
     skin_joints = {frame.joint_id for frame in problem.frames if frame.patch is not None}
     solid, identity = problem.grasp_object.solid.coal_geometry(), coal.Transform3s()
     found = []
-    for entry, link, pose in zip(entries, links, poses, strict=True):
-        value, on_link, on_object, _ = signed_distance(entry.geometry, pose, solid, identity)
-        joint = int(entry.parentJoint)
+    for each, link, joint, pose in zip(solids, links, joints, poses, strict=True):
+        value, on_link, on_object = nearest(each, pose, solid, identity)
         tolerated = (mesh_error if joint in touching_joints else 0.0) + (SKIN if joint in skin_joints else 0.0)
         pair = Clearance("link_object", link, "object", value, on_link, on_object, joint in exempt_joints, tolerated)
         found.append(pair)
     ignored = {frozenset(pair) for pair in hand.description.collision.ignore}
-    for j, second in enumerate(entries):
-        for i, first in enumerate(entries[:j]):
-            if first.parentJoint == second.parentJoint or frozenset((links[i], links[j])) in ignored:
+    for j, second in enumerate(solids):
+        for i, first in enumerate(solids[:j]):
+            if joints[i] == joints[j] or frozenset((links[i], links[j])) in ignored:
                 continue
-            value, on_a, on_b, _ = signed_distance(first.geometry, poses[i], second.geometry, poses[j])
+            value, on_a, on_b = nearest(first, poses[i], second, poses[j])
             found.append(Clearance("self_collision", links[i], links[j], value, on_a, on_b))
     if problem.clearance.ground is not None:
         ground = coal.Halfspace(np.array(problem.up), float(problem.clearance.ground))
-        for entry, link, pose in zip(entries, links, poses, strict=True):
-            value, on_link, below, _ = signed_distance(entry.geometry, pose, ground, identity)
+        for each, link, pose in zip(solids, links, poses, strict=True):
+            value, on_link, below = nearest(each, pose, ground, identity)
             found.append(Clearance("ground", link, "ground", value, on_link, below))
     return tuple(found)
 
@@ -114,29 +119,27 @@ def penetration(clearances: tuple[Clearance, ...], kind: ClearanceKind, tolerant
     return above_zero(np.max(overlaps, initial=0.0))
 
 
-def joint_centre_depth(problem: GraspProblem, q: Array, palm_in_object: Pose) -> float:
+def joint_centre_depth(problem: GraspProblem, configuration: HandConfiguration) -> float:
     """Return how deep the deepest joint centre lies inside the object [m]; 0 if none does; Remark 2."""
-    centres = HandConfiguration(problem.hand, q, palm_in_object).joint_centres
-    return above_zero(-problem.grasp_object.solid.sample(centres).distance.min())
+    return above_zero(-problem.grasp_object.solid.sample(configuration.joint_centres).distance.min())
 
 
-def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
+def tip_overhang(problem: GraspProblem, configuration: HandConfiguration, normals: Array) -> float:
     """Return the largest −n·a of the touching last links, 0 if none leans beyond the object's tangent plane.
 
     Of a contact with a patch it is the largest sine of the angle by which the normal is beyond the patch.
 
     Args:
         problem: Hand and contact set.
-        q: Independent joint angles [rad], of shape (n_q,).
-        palm_in_object: Pose of the palm frame in O.
+        configuration: The hand in O.
         normals: Contact normals into the object, in O, of shape (n_c, 3).
 
     Returns:
         The overhang, dimensionless.
     """
-    axes = HandConfiguration(problem.hand, q, palm_in_object).last_link_vectors(problem.frames)
+    axes = configuration.last_link_vectors(problem.frames)
     inner, worst = problem.hand.model.parents.tolist()[1:], 0.0
-    poses = HandConfiguration(problem.hand, q, palm_in_object).joint_poses
+    poses = configuration.joint_poses
     for frame, axis, normal in zip(problem.frames, axes, normals, strict=True):
         length = float(np.linalg.norm(axis))
         if frame.patch is not None:
@@ -147,7 +150,7 @@ def tip_overhang(problem: GraspProblem, q: Array, palm_in_object: Pose, normals:
     return float(worst)
 
 
-def contact_off_link(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
+def contact_off_link(problem: GraspProblem, configuration: HandConfiguration, normals: Array) -> float:
     """Return how far the farthest contact lies in the air off the exact geometry of its link, beyond the skin [m].
 
     A contact is where its ball, or patch, touches: a radius from its centre along the normal. Point fingertips lie
@@ -155,11 +158,9 @@ def contact_off_link(problem: GraspProblem, q: Array, palm_in_object: Pose, norm
 
     Args:
         problem: Hand and contact set.
-        q: Independent joint angles [rad], of shape (n_q,).
-        palm_in_object: Pose of the palm frame in O.
+        configuration: The hand in O.
         normals: Contact normals into the object, in O, of shape (n_c, 3).
     """
-    configuration = HandConfiguration(problem.hand, q, palm_in_object)
     centres, poses, worst = configuration.contact_centres(problem.frames), configuration.joint_poses, 0.0
     for frame, centre, normal in zip(problem.frames, centres, normals, strict=True):
         solids = touching_solids(problem.hand, frame)
@@ -192,20 +193,19 @@ def _beyond(patch: ContactPatch, normal: Array) -> float:
     return float(max(0.0, abs(aside) - np.sin(patch.side), over))
 
 
-def side_tilt(problem: GraspProblem, q: Array, palm_in_object: Pose, normals: Array) -> float:
+def side_tilt(problem: GraspProblem, configuration: HandConfiguration, normals: Array) -> float:
     """Return the largest |n·a| of the inner links that touch with their sides; 0 if none does.
 
     Args:
         problem: Hand and contact set.
-        q: Independent joint angles [rad], of shape (n_q,).
-        palm_in_object: Pose of the palm frame in O.
+        configuration: The hand in O.
         normals: Contact normals into the object, in O, of shape (n_c, 3).
 
     Returns:
         The tilt out of the object's tangent plane, dimensionless.
     """
     hand = problem.hand
-    poses = HandConfiguration(hand, q, palm_in_object).joint_poses
+    poses = configuration.joint_poses
     sides = inner_axes(hand, link_shapes(hand), problem.frames)
     tilts = [abs(float(normals[i] @ (poses[joint].rotation @ axis))) for i, joint, axis in sides]
     return float(np.max(tilts, initial=0.0))

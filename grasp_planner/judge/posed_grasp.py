@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ..model.task import alignment_deg, object_synergy_map, task_index, transmis
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Pose
 from ..values import Value
-from .clearance_check import Clearance, ClearanceKind, hand_clearances, penetration
+from .clearance_check import Clearance, ClearanceKind, configuration_clearances, penetration
 from .load_check import LoadCheck, check_loads, load_force_changes
 from .margins import (
     GraspMargins,
@@ -33,6 +34,17 @@ from .margins import (
 )
 from .stability import Stability, grasp_stability
 from .surface_check import exact_contacts
+
+OF_POSTURE = (
+    "configuration",
+    "contacts",
+    "surface_contacts",
+    "grasp_matrix",
+    "hand_jacobian",
+    "stiffness",
+    "clearances",
+)
+"""What follows from posture, palm pose and problem alone."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,6 +83,12 @@ class PosedGrasp(Value):
             shape = (n_c, self.problem.contact_model.dimension)
             given = finite_array("contact_forces", np.zeros(shape) if given is None else given, shape)
         object.__setattr__(self, "contact_forces", given)
+
+    def with_forces(self, contact_forces: Array) -> Self:
+        """Return it with other contact forces, without computing again what follows from the posture alone."""
+        found = replace(self, contact_forces=contact_forces)
+        found.__dict__.update({name: self.__dict__[name] for name in OF_POSTURE if name in self.__dict__})
+        return found
 
     @cached_property
     def configuration(self) -> HandConfiguration:
@@ -270,7 +288,7 @@ class PosedGrasp(Value):
     @cached_property
     def clearances(self) -> tuple[Clearance, ...]:
         """Exact distances of the hand from the object, from itself and from the ground, whether asked for or not."""
-        return hand_clearances(self.problem, self.joint_angles, self.palm_pose)
+        return configuration_clearances(self.problem, self.configuration)
 
     def overlap(self, kind: ClearanceKind) -> float:
         """Return the deepest overlap of a kind [m], whether it was to be avoided or not; 0 if there is none."""

@@ -31,7 +31,7 @@ from ..model.contacts import Contacts
 from ..problem.problem import GraspProblem
 from ..problem.tendon_drive import passive_compliance
 from ..spatial import Array, Pose, readonly, skew
-from ..values import Value
+from ..values import Value, number_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,7 +70,7 @@ class Stability(Value):
         verdict = "stable" if self.stable else "UNSTABLE"
         if self.smallest > 0.0 and not self.stable:
             return f"{verdict}: a finger buckles under its load"
-        return f"{verdict}: least stiffness {self.smallest:.3g} N/m, mostly a {kind} ({axis})"
+        return f"{verdict}: least stiffness {number_text(self.smallest)} N/m, mostly a {kind} ({axis})"
 
 
 def grasp_stability(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from typing import ClassVar
 
@@ -146,7 +147,7 @@ class LoadCases(Value):
         """Return no load case at all: the paper's problem, with its nominal load only."""
         return cls(force=0.0, friction_safety=1.0, min_normal_force=0.0, hand_limits=False)
 
-    @property
+    @cached_property
     def active(self) -> bool:
         """Whether anything is asked for beyond the paper's problem."""
         return self != LoadCases.off()

@@ -16,6 +16,7 @@ import numpy as np
 from ..checks import positive
 from ..exceptions import InvalidValueError
 from ..spatial import Array
+from ..values import number_text
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,7 +46,7 @@ class Unit:
 
     def text(self, value: float) -> str:
         """Return a value with the symbol."""
-        return f"{value:.3g}" if self.symbol == "1" else f"{value:.3g} {self.symbol}"
+        return f"{number_text(value)} {self.symbol.removeprefix('1')}".rstrip()
 
 
 METRE = Unit("m", 100.0, 1000.0, 1e-4, 1e-8, "mm", 1e3)

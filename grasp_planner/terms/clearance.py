@@ -81,7 +81,7 @@ class JointCentreClearance(_Clearance):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the depth of the deepest one."""
-        return joint_centre_depth(grasp.problem, grasp.joint_angles, grasp.palm_pose)
+        return joint_centre_depth(grasp.problem, grasp.configuration)
 
 
 class SelfClearance(_Clearance):
@@ -132,7 +132,7 @@ class TipPatch(_Selected):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the largest −n·a."""
-        return tip_overhang(grasp.problem, grasp.joint_angles, grasp.palm_pose, grasp.contacts.normals)
+        return tip_overhang(grasp.problem, grasp.configuration, grasp.contacts.normals)
 
 
 class ContactOffLink(Requirement):
@@ -148,7 +148,7 @@ class ContactOffLink(Requirement):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the largest distance off a link, beyond the skin."""
-        return contact_off_link(grasp.problem, grasp.joint_angles, grasp.palm_pose, grasp.contacts.normals)
+        return contact_off_link(grasp.problem, grasp.configuration, grasp.contacts.normals)
 
 
 class Tangency(_Selected):
@@ -170,4 +170,4 @@ class Tangency(_Selected):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the largest |n·a|."""
-        return side_tilt(grasp.problem, grasp.joint_angles, grasp.palm_pose, grasp.contacts.normals)
+        return side_tilt(grasp.problem, grasp.configuration, grasp.contacts.normals)

@@ -244,25 +244,28 @@ class GraspViewer:
 
     def _climb(self) -> bool:
         """Find one piece more of what can wait; return whether there was one."""
-        return self.card.climb() or any(gallery.climb() for gallery in self.galleries)
+        return self.grasp_panel.climb(self.session) or self.card.climb() or any(each.climb() for each in self.galleries)
 
-    def _redraw(self) -> None:
-        """Bring the page up to date; called by the worker."""
+    def _redraw(self) -> bool:
+        """Bring the page up to date; return whether it was behind. Called by the worker."""
         session = self.session
         if not session.dirty:
-            return
+            return False
         session.dirty = False
         session.update()
-        self.picture.draw(session, self.display.options)
-        self.card.show()
-        if session.preview is not None:
-            return
-        for panel in (self.grasp_panel, self.why, self.task, self.compare):
-            panel.show(session)
-        self.synergies.show(session)
+        with self.server.atomic():  # each message on its own would wake the thread of the network
+            self.picture.draw(session, self.display.options)
+            self.card.show()
+            if session.preview is None:
+                self._show_numbers()
+        return True
+
+    def _show_numbers(self) -> None:
+        """Have all panels say what is true of the grasp."""
+        for panel in (self.grasp_panel, self.why, self.task, self.compare, self.synergies, self.problem):
+            panel.show(self.session)
         for gallery in self.galleries:
             gallery.show()
-        self.problem.show(session)
         self.display.show(self.picture.notes)
         with contextlib.suppress(FieldError):
             self.share.show(self.control.options, int(self.plan.seed.value), self.control.count)

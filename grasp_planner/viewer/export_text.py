@@ -13,7 +13,7 @@ from ..problem.settings import text_of_numbers
 from ..records.grasp_files import grasp_json
 from .legend import LEGEND
 from .narrow_script import PHONE
-from .text import CARD, fixed, story
+from .text import CARD, fixed, object_words, story, task_words
 from .verdict_card import verdict_card
 
 STYLE = (
@@ -30,18 +30,19 @@ FOLDED = f"if(innerWidth<={PHONE})document.getElementById('grasp-numbers').remov
 
 def export_overlay(grasp: Grasp, title: str) -> str:
     """Return the HTML that is laid over an exported scene; everything that is not from here is escaped."""
-    tasks = html.escape(", ".join(task.text for task in grasp.problem.tasks))
+    problem = grasp.problem
+    tasks = ", ".join(task_words(task) for task in problem.tasks)
+    facts = f"{tasks} · {problem.n_synergies} synergies · μ = {text_of_numbers(problem.parameters.friction)}"
     file = base64.b64encode(grasp_json(grasp).encode()).decode()
     contacts = [
         (frame.name, f"{fixed(float(grasp.normal_forces[i]), 3)} N", f"{fixed(float(grasp.friction_margins[i]), 3)} N")
-        for i, frame in enumerate(grasp.problem.frames)
+        for i, frame in enumerate(problem.frames)
     ]
     paragraphs = "".join(f"<p>{_inline(part)}</p>" for part in story(grasp).split("\n\n"))
     return (
         f"<style>{STYLE}</style><details id='grasp-numbers' open><summary>{html.escape(title)}</summary>"
-        f"<p style='overflow-wrap:break-word'>{html.escape(grasp.problem.grasp_object.text).replace(',', ',<wbr>')}<br>"
-        f"task {tasks} · {grasp.problem.n_synergies} synergies · "
-        f"μ = {text_of_numbers(grasp.problem.parameters.friction)}</p>"
+        f"<p style='overflow-wrap:break-word'>{html.escape(object_words(problem.grasp_object))}<br>"
+        f"{html.escape(facts)}</p>"
         f"{verdict_card(grasp)}{LEGEND}{paragraphs}"
         f"<div style='{CARD}'>{_table(('contact', 'normal force', 'friction margin'), contacts)}</div>"
         f"<details style='{CARD}'><summary style='padding:0'>Joints</summary>"

@@ -20,6 +20,7 @@ MAX_BEND = 0.3
 """Largest bending of a joint by its torque that is shown [rad]."""
 BEND_TOLERANCE = 1e-9
 """Change of the bending at which it counts as settled, far below the tolerance of a feasible grasp [rad]."""
+TINY = 1e-30
 BEND_STEPS, ROUGH_STEPS = 15, 2
 """Most fixed-point steps for the actual posture, and while the squeeze is still being chosen."""
 
@@ -158,16 +159,26 @@ def contact_share(grasp: Grasp) -> float:
 
 
 def _settle(state: LiveState, steps: int) -> Grasp:
-    """Solve for the actual posture, from the last bending."""
+    """Solve for the actual posture, from the last bending: fixed-point steps, each mixed with the one before it.
+
+    The mix is that of Anderson, Iterative Procedures for Nonlinear Integral Equations, J. ACM 12(4), 1965, of depth 1:
+    as much of the last step is taken back as makes the change of the bending smallest to first order.
+    """
     problem, hand = state.problem, state.problem.hand
     free = problem.synergies.joint_angles(state.sigma) + state.offset
     palm, bend = state.palm_pose, state.bend
     grasp = _posture(state, free - bend, palm)
+    last: tuple[Array, Array] | None = None
     for _ in range(steps):
         following = _bend(grasp)
-        if np.abs(following - bend).max() < BEND_TOLERANCE:
+        change = following - bend
+        if np.abs(change).max() < BEND_TOLERANCE:
             break
         bend = following
+        if last is not None:
+            turn = change - last[1]
+            bend = following - (turn @ change) / max(float(turn @ turn), TINY) * (following - last[0])
+        last = following, change
         grasp = _posture(state, np.clip(free - bend, hand.lower, hand.upper), palm)
     return grasp
 
@@ -181,7 +192,7 @@ def _posture(state: LiveState, q: Array, palm: Pose) -> Grasp:
         return grasp
     given = state.contact_forces
     wanted = np.zeros_like(grasp.intensities) if given is None or given.shape != grasp.intensities.shape else given
-    return replace(grasp, contact_forces=balanced(grasp, wanted))
+    return grasp.with_forces(balanced(grasp, wanted))
 
 
 def _bend(grasp: Grasp) -> Array:

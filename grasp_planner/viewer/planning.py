@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -21,6 +22,9 @@ GRACE_S = 0.12
 """How long a cancelled search may take to stop by itself before its process is ended [s]."""
 PROGRESS_PERIOD_S = 1 / 30
 """Least time between two progress reports [s]."""
+
+NICE = 5
+"""By how much the search steps back behind the page where both want one core."""
 
 FUNCTION = JobFunction("grasp_planner.viewer.planning:searcher")
 """What plans in the worker process."""
@@ -178,6 +182,7 @@ class PlanningProcess:
 
 def searcher() -> Callable[[PlanRequest, JobContext], tuple[SearchEnd, str]]:
     """Return what answers a request, in the worker process: reports on the way, in the end how it went."""
+    os.nice(NICE)
     return _search
 
 

@@ -20,6 +20,7 @@ from .scene.draw_grasp import DisplayOptions
 from .scene.picture3d import Picture
 from .server import LocalServer
 from .session import Preview, Session
+from .text import object_words
 
 REST_S = 1.0
 """How long the end is shown before the animation starts again [s]."""
@@ -108,7 +109,7 @@ def _overlay(found: Simulation) -> str:
     return (
         "<div style='position:fixed;left:12px;top:12px;z-index:1000;max-width:340px;pointer-events:none'>"
         f"<div style='{CARD}'><b>{html.escape(problem.hand.description.title or problem.hand.name)}</b><br>"
-        f"{html.escape(problem.grasp_object.text)}<br>{html.escape(found.protocol.name)}: {found.mass:g} kg, "
+        f"{html.escape(object_words(problem.grasp_object))}<br>{html.escape(found.protocol.name)}: {found.mass:g} kg, "
         f"μ {text_of_numbers(found.friction)}, {problem.n_synergies} synergies</div>"
         f"<div style='{CARD}color:{colour}'>{html.escape(found.verdict)}</div>"
         f"<div style='{CARD}'><table style='width:100%;font-size:12px'><tr><th align=left>push</th>"

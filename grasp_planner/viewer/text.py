@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 from ..analysis.measured_contacts import contact_set
 from ..analysis.measures import measure_contacts
 from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp
 from ..grasp.joint_rows import joint_rows
 from ..grasp.verdict import Violation
+from ..model.task_direction import TaskDirection
+from ..objects.base import GraspObject
+from ..objects.mesh_object import MeshObject
 from ..problem.term import METRE, Unit
 from ..terms.posture import JointLimits
+from ..values import number_text
 from .live import contact_share
 from .scene.margin import withstands
 
@@ -37,19 +42,10 @@ CARD = (
 )
 
 
-def number(value: float, digits: int = 3) -> str:
-    """Return a number for people: ∞ where infinite, – where undefined."""
-    if math.isnan(value):
-        return "–"
-    if math.isinf(value):
-        return "∞" if value > 0 else "−∞"
-    return f"{value:.{digits}g}".replace("-", "−")
-
-
 def fixed(value: float, decimals: int = 2) -> str:
     """Return a number with a fixed number of decimals, without a negative zero."""
     if not math.isfinite(value):
-        return number(value)
+        return number_text(value)
     return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
 
 
@@ -57,12 +53,12 @@ def degrees(value: float) -> str:
     """Return an angle for people."""
     if math.isnan(value):
         return "–"
-    return "0°" if abs(value) < 0.005 else f"{number(value, 2 if abs(value) < 10.0 else 3)}°"
+    return "0°" if abs(value) < 0.005 else f"{number_text(value, 2 if abs(value) < 10.0 else 3)}°"
 
 
 def quantity(value: float, unit: Unit) -> str:
     """Return a value in the unit that people read it in."""
-    return f"{number(value * unit.shown_times)} {shown_unit(unit)}".rstrip()
+    return f"{number_text(value * unit.shown_times)} {shown_unit(unit)}".rstrip()
 
 
 def shown_unit(unit: Unit) -> str:
@@ -90,6 +86,24 @@ def reasons(grasp: Grasp) -> list[str]:
     order = sorted(failures, key=lambda failure: (failure.unit != METRE, -failure.value))
     found = [reason(failure) for failure in order]
     return found if grasp.force_closed else [*found, "the contacts are not force-closed"]
+
+
+def object_words(grasp_object: GraspObject) -> str:
+    """Return what is held: its shape, how large its bounding box is, its mass."""
+    shape = f"mesh {Path(grasp_object.path).name}" if isinstance(grasp_object, MeshObject) else grasp_object.kind
+    size = " × ".join(number_text(2e3 * half) for half in grasp_object.half_extents)
+    return f"{shape}, {size} mm, {number_text(1e3 * grasp_object.mass)} g"
+
+
+def task_words(task: TaskDirection) -> str:
+    """Return a task: what is to be done along or about which direction of O."""
+    linear, angular = task.direction[:3], task.direction[3:]
+    turns = task.kind == "torque" or not linear.any()
+    part = angular if turns else linear
+    axis = int(abs(part).argmax())
+    sign = "−" if part[axis] < 0.0 else "+"
+    along = f"{sign}{'xyz'[axis]}" if abs(part[axis]) == 1.0 else f"({', '.join(fixed(value) for value in part)})"
+    return f"{task.kind} {'about' if turns else 'along'} {along}"
 
 
 def story(grasp: Grasp) -> str:
@@ -131,10 +145,10 @@ def task_story(grasp: Grasp) -> str:
     if ratio > 1e4:
         meaning = "costs the motors next to nothing: the structure of the hand carries it"
     else:
-        meaning = f"gives {number(ratio)} per {effort}"
+        meaning = f"gives {number_text(ratio)} per {effort}"
     unbounded = degenerate and angle < 1.0
     shape = "the ellipsoid is unbounded there" if unbounded else f"the arrow is {degrees(angle)} off its long axis"
-    return f"**Task.** {verb} along the green arrow (`{task.text}`) {meaning}; {shape}."
+    return f"**Task.** {verb} along the green arrow ({task_words(task)}) {meaning}; {shape}."
 
 
 def contact_table(grasp: Grasp, *, in_contact: bool = True) -> str:
@@ -154,7 +168,7 @@ def violation_table(grasp: Grasp) -> str:
     for name, found in grasp.violations.items():
         mark = "✔" if found.value <= FEASIBILITY_TOLERANCE else "✘"
         rows.append(f"| {readable(name)} | {quantity(found.value, found.unit)} | {mark} |")
-    rows.append(f"| force closure | {number(grasp.force_closure_margin)} | {'✔' if grasp.force_closed else '✘'} |")
+    rows.append(f"| force closure | {number_text(grasp.force_closure_margin)} | {'✔' if grasp.force_closed else '✘'} |")
     return "\n".join(rows)
 
 
@@ -164,7 +178,7 @@ def measure_table(grasp: Grasp, *, in_contact: bool = True) -> str:
         return "*The fingertips do not touch.*"
     rows = ["| measure | value | |", "|---|--:|---|"]
     for measure in measure_contacts(contact_set(grasp), everything=False, quick=True):
-        value = measure.text or number(measure.value)
+        value = measure.text or number_text(measure.value)
         says = measure.says.replace("|", "\\|")
         rows.append(f"| {measure.name} | {value} {measure.unit} | {says} |")
     return "\n".join([*rows, "", "*ε and all others: `grasp-planner analyse --all`.*"])
@@ -175,7 +189,9 @@ def joint_table(grasp: Grasp) -> str:
     rows = ["| joint | q ° | q_r ° | τ mN m |", "|---|--:|--:|--:|"]
     for row in joint_rows(grasp):
         limit = " ⚠" if row.at_limit else ""
-        rows.append(f"| {row.name}{limit} | {row.angle:.1f} | {row.reference:.1f} | {row.torque:.0f} |")
+        rows.append(
+            f"| {row.name}{limit} | {fixed(row.angle, 1)} | {fixed(row.reference, 1)} | {fixed(row.torque, 0)} |"
+        )
     return "\n".join(rows)
 
 
@@ -185,12 +201,12 @@ def contact_details(grasp: Grasp, index: int) -> str:
     normal, friction = float(grasp.normal_forces[index]), float(grasp.problem.friction[index])
     slip = math.sqrt(max(float(force @ force) - normal**2, 0.0))
     share = 1.0 - float(grasp.friction_margins[index]) / (friction * normal) if normal > 0.0 else math.inf
-    torque = f", torque {number(1e3 * math.sqrt(float(moment @ moment)))} mN m" if moment.any() else ""
-    cone = f"uses {number(100 * share)} % of its friction cone (μ = {friction:g})"
-    point = ", ".join(f"{1e3 * value:.1f}" for value in grasp.contacts.points[index])
+    torque = f", torque {number_text(1e3 * math.sqrt(float(moment @ moment)))} mN m" if moment.any() else ""
+    cone = f"uses {number_text(100 * share)} % of its friction cone (μ = {friction:g})"
+    point = ", ".join(fixed(1e3 * float(value), 1) for value in grasp.contacts.points[index])
     return (
         f"**Contact {frame.name}** on {frame.link}\n\n"
         f"- point in O: ({point}) mm, gap {fixed(1e3 * float(grasp.contacts.gaps[index]), 3)} mm\n"
-        f"- normal force {number(normal)} N, tangential {number(slip)} N{torque}\n"
+        f"- normal force {number_text(normal)} N, tangential {number_text(slip)} N{torque}\n"
         f"- {cone if grasp.problem.contact_model.has_friction else 'no friction'}"
     )

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from ..analysis.ladder import CLEAR, RUNGS, Rung, height, verdict_ladder
 from ..grasp.grasp import Grasp
 from ..problem.term import own_costs
+from ..values import number_text
 from .live import contact_share
-from .text import AMBER, CARD, GREEN, RED, degrees, number, quantity, readable, reasons
+from .text import AMBER, CARD, GREEN, RED, degrees, quantity, readable, reasons
 
 HEADLINES = (
     "Does not meet the model",
@@ -58,16 +59,16 @@ def headline(grasp: Grasp) -> list[tuple[str, str, str]]:
     task = grasp.problem.tasks[0]
     symbol = "β" if task.is_motion else "α"
     flag = " (the ellipsoid is degenerate)" if degenerate else ""
-    floor = f"{number(grasp.force_norm_floor)} N" if math.isfinite(grasp.force_norm_floor) else "none"
-    force = f"{number(grasp.force_norm)} N"
-    if contact_share(grasp) == 0.0:
-        force = floor = "–"
+    force = floor = "–"
+    if contact_share(grasp) > 0.0:
+        force = f"{number_text(grasp.force_norm)} N"
+        floor = f"{number_text(grasp.force_norm_floor)} N" if math.isfinite(grasp.force_norm_floor) else "none"
     return [
         ("F", force, "size of all normal forces"),
         ("floor", floor, "least F any hand could do with at these contacts"),
-        ("C", number(grasp.task_index, 2), "task index, small is good"),
+        ("C", number_text(grasp.task_index, 2), "task index, small is good"),
         ("angle", degrees(angle) + ("*" if degenerate else ""), "task against the ellipsoid's long axis" + flag),
-        (symbol, number(grasp.transmission_ratios[0]), "transmission along the task per unit of synergy effort"),
+        (symbol, number_text(grasp.transmission_ratios[0]), "transmission along the task per unit of synergy effort"),
         *(
             (readable(each.cost.name), quantity(each.cost.clear_value(grasp), each.cost.unit), "a cost of your own")
             for each in own_costs(grasp.problem.costs)

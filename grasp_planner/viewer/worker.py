@@ -36,14 +36,14 @@ class Worker:
 
     def __init__(
         self,
-        redraw: Callable[[], None],
+        redraw: Callable[[], bool | None],
         on_error: Callable[[str], None],
         at_rest: Callable[[], bool] | None = None,
     ) -> None:
         """Start the thread.
 
         Args:
-            redraw: Called after every batch of requests.
+            redraw: Called after every batch of requests; returns whether there was anything to draw.
             on_error: Called with what went wrong.
             at_rest: A piece of work that can wait, done while nothing is asked for until it returns False.
         """
@@ -122,12 +122,13 @@ class Worker:
                 self._guarded(request)
             if self._animation is not None and not self._guarded(self._animation):
                 self._animation = None
-            self._guarded(self._redraw)
+            drawn = self._guarded(self._redraw)
             spent = time.perf_counter() - began
             self.durations = [*self.durations[-199:], spent]
             self.efforts = [*self.efforts[-199:], time.thread_time() - effort]
             self._finish()
-            time.sleep(max(0.0, 1.0 / MAX_RATE_HZ - spent))
+            if drawn:  # what draws nothing, such as a search that is not followed, holds up nobody
+                time.sleep(max(0.0, 1.0 / MAX_RATE_HZ - spent))
 
     def _finish(self) -> None:
         """Let those who wait know that a batch is done."""

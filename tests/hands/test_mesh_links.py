@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.collision.coal_distances import signed_distance
+from grasp_planner.collision.coal_distances import ExactDistance
 from grasp_planner.collision.link_shapes import guarded_shapes, link_shapes
 from grasp_planner.hand.configuration import HandConfiguration
 from grasp_planner.hand.geometry_mesh import link_points, surface_points
@@ -84,5 +84,5 @@ def test_the_judge_measures_meshes_against_every_object(hand, text):
 def test_meshes_that_overlap_have_a_depth(hand):
     mesh = next(e.geometry for e in hand.collision_model.geometryObjects if isinstance(e.geometry, coal.BVHModelBase))
     apart, inside = (coal.Transform3s(np.eye(3), np.array([x, 0.0, 0.0])) for x in (0.02, 0.012))
-    assert signed_distance(mesh, apart, mesh, coal.Transform3s())[0] == pytest.approx(0.004, abs=4e-4)
-    assert signed_distance(mesh, inside, mesh, coal.Transform3s())[0] < 0.0
+    assert ExactDistance()(mesh, apart, mesh, coal.Transform3s()) == pytest.approx(0.004, abs=4e-4)
+    assert ExactDistance()(mesh, inside, mesh, coal.Transform3s()) < 0.0

@@ -16,7 +16,6 @@ from grasp_planner.hand.contact_frame import SKIN
 from grasp_planner.hand.hull_fit import directions, fit_hull, point_distance, surface_distance
 from grasp_planner.judge.clearance_check import contact_off_link, tip_overhang
 from grasp_planner.planning.starts import random_start
-from grasp_planner.spatial import Pose
 from grasp_planner.terms.registry import judged_requirements
 
 from .small_hands import write_hand
@@ -100,13 +99,14 @@ def test_search_and_judge_agree_when_a_normal_leaves_its_patch(hand):
         q, palm = rng.uniform(hand.lower, hand.upper), random_start(problem, rng).palm_pose
         evaluator = StateEvaluator(problem, palm.se3())
         state = evaluator.evaluate(evaluator.pack(q, palm.se3(), np.zeros(problem.n_synergies)))
-        poses = HandConfiguration(hand, q, palm).joint_poses
+        configuration = HandConfiguration(hand, q, palm)
+        poses = configuration.joint_poses
         for number, walls in enumerate(state.clearance.tip_patch.reshape(-1, 4)):
             normals = np.array([poses[frame.joint_id].rotation @ frame.patch.normal for frame in problem.frames])
-            assert tip_overhang(problem, q, palm, normals) < 1e-12
+            assert tip_overhang(problem, configuration, normals) < 1e-12
             normals[number] = state.geometry.normals[number]
             seen.append(bool((walls >= 0.0).all()))
-            assert seen[-1] == (tip_overhang(problem, q, palm, normals) < 1e-12)
+            assert seen[-1] == (tip_overhang(problem, configuration, normals) < 1e-12)
     assert 5 < sum(seen) < 175
 
 
@@ -119,9 +119,10 @@ def test_a_contact_in_the_air_is_a_violation(hand, off):
     description = hand.description.model_copy(update={"contact_sets": {"sphere": grown}})
     problem = gp.GraspProblem(replace(hand, description=description), gp.parse_object("sphere:radius=0.03"))
     q = problem.synergies.mean
-    root = HandConfiguration(hand, q).joint_poses
+    configuration = HandConfiguration(hand, q)
+    root = configuration.joint_poses
     normals = np.array([root[frame.joint_id].rotation @ frame.patch.normal for frame in problem.frames])
-    found = contact_off_link(problem, q, Pose.identity(), normals)
+    found = contact_off_link(problem, configuration, normals)
     assert found == pytest.approx(max(0.0, off - SKIN), abs=SKIN)
     assert (found > 0.0) == (off > 1e-3)
 

@@ -10,6 +10,7 @@ import pinocchio as pin
 import viser
 
 from ...grasp.grasp import Grasp
+from ...values import number_text
 from .. import text
 from ..legend import LEGEND
 from ..live import contact_share
@@ -26,20 +27,25 @@ class GraspFolder:
         title: Its heading.
         words: Gives the text (Markdown) for a grasp and whether its fingertips touch, so that there are forces.
         open: Whether it is open at first.
+        waits: Whether it takes so long that it is told only once nothing moves.
     """
 
     title: str
     words: Callable[[Grasp, bool], str]
     open: bool = False
+    waits: bool = False
 
 
 BLOCKS = (
     GraspFolder("Contacts", lambda grasp, touching: text.contact_table(grasp, in_contact=touching), open=True),
     GraspFolder("All requirements", lambda grasp, _: text.violation_table(grasp)),
-    GraspFolder("Measures", lambda grasp, touching: text.measure_table(grasp, in_contact=touching)),
+    GraspFolder("Measures", lambda grasp, touching: text.measure_table(grasp, in_contact=touching), waits=True),
     GraspFolder("Joints and torques", lambda grasp, _: text.joint_table(grasp)),
 )
 """All folders, in their order; to tell more about a grasp, add one."""
+
+LATER = "*as soon as the hand rests*"
+"""What a folder that waits says."""
 
 
 @dataclass
@@ -54,6 +60,7 @@ class GraspPanel:
     _story: viser.GuiMarkdownHandle
     _selected: viser.GuiMarkdownHandle
     _blocks: list[viser.GuiMarkdownHandle]
+    _told: Grasp | None = None
 
     @classmethod
     def add(cls, gui: viser.GuiApi) -> GraspPanel:
@@ -75,8 +82,22 @@ class GraspPanel:
         touching = contact_share(grasp) > 0.0
         self._story.content = text.why_story(grasp)
         for block, widget in zip(BLOCKS, self._blocks, strict=True):
-            widget.content = block.words(grasp, touching)
+            if not block.waits:
+                widget.content = block.words(grasp, touching)
+            elif self._told is not grasp:
+                widget.content = LATER
         self._selected.content = self._details(session, grasp)
+
+    def climb(self, session: Session) -> bool:
+        """Tell of the grasp what has waited, while nothing moves; return whether there was anything."""
+        grasp = session.grasp
+        if self._told is grasp or session.preview is not None:
+            return False
+        self._told, touching = grasp, contact_share(grasp) > 0.0
+        for block, widget in zip(BLOCKS, self._blocks, strict=True):
+            if block.waits:
+                widget.content = block.words(grasp, touching)
+        return True
 
     def _details(self, session: Session, grasp: Grasp) -> str:
         """Return the numbers of what was clicked."""
@@ -109,5 +130,5 @@ def link_details(grasp: Grasp, link: str) -> str:
         lines.append(f"- clearance: {1e3 * clearance[0]:.2f} mm from {clearance[1]}")
     for index, contact in enumerate(grasp.problem.frames):
         if contact.link == link:
-            lines.append(f"- touches as *{contact.name}* with {text.number(float(grasp.normal_forces[index]))} N")
+            lines.append(f"- touches as *{contact.name}* with {number_text(float(grasp.normal_forces[index]))} N")
     return "\n".join(lines)

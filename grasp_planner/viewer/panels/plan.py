@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -16,6 +17,9 @@ from .gallery import GalleryPanel
 from .requirement_curves import POINTS, RequirementCurves
 from .settings import SettingsPanel
 from .widgets import log10
+
+CURVES_S = 0.25
+"""Least time between two drawings of the curves, which cost as much as the hand [s]."""
 
 
 class PlanPanel:
@@ -70,18 +74,28 @@ class PlanPanel:
         self.bar.visible = running
         if running:
             self._history: list[tuple[float, float]] = []
+            self._undrawn: list[IterationRecord] = []
+        elif self._undrawn:
+            self._draw_curves()
 
     def add_progress(self, records: list[IterationRecord]) -> None:
-        """Add iterations to the curves."""
+        """Take further iterations; the curves follow a few times a second."""
         for record in records:
             worst = max(record.violations.values(), default=0.0)
             self._history.append((log10(record.objective), log10(worst)))
+        self._undrawn += records
+        if time.monotonic() - self._drawn >= CURVES_S:
+            self._draw_curves()
+
+    def _draw_curves(self) -> None:
+        """Draw all iterations so far."""
         shown = np.array(self._history[-POINTS:])
         first = len(self._history) - len(shown)
         steps = np.arange(first, len(self._history), dtype=float)
         self.curves.data = (steps, shown[:, 0].copy(), shown[:, 1].copy())
         self.curves.visible = True
-        self.requirements.add(records)
+        self.requirements.add(self._undrawn)
+        self._undrawn, self._drawn = [], time.monotonic()
 
     def _add_curves(self) -> None:
         """Add the curves of the search."""
@@ -95,4 +109,4 @@ class PlanPanel:
         self.curves = self._gui.add_uplot(
             (np.arange(2.0), zero, zero), series, scales=scales, aspect=1.9, visible=False
         )
-        self._history = []
+        self._history, self._undrawn, self._drawn = [], [], -CURVES_S

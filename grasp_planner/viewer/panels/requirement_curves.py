@@ -10,11 +10,13 @@ from ...grasp.grasp import FEASIBILITY_TOLERANCE, IterationRecord
 from ...problem.problem import GraspProblem
 from ...problem.term import Unit
 from ...terms.registry import problem_constraints
-from ..text import number, quantity, readable, shown_unit
-from .widgets import log10
+from ...values import number_text
+from ..text import quantity, readable, shown_unit
 
 POINTS = 400
 """Most iterations that curves of a search show."""
+MOST = 1e12
+"""Largest violation that is drawn, in what is allowed."""
 COLOURS = ("#c62839", "#2f6fde", "#118a4e", "#b7791f", "#7b4fd6", "#0b8f9c", "#d0488f", "#6b7280")
 SAYS = "Violations of the best attempt so far, as powers of ten of what is allowed: met at 0 and below."
 
@@ -77,11 +79,9 @@ class RequirementCurves:
         """Draw the best attempt."""
         shown, names = self.best[-POINTS:], list(self.units)
         steps = np.arange(len(self.best) - len(shown), len(self.best), dtype=float)
-        curves = (
-            np.array([log10(record.violations[name] / FEASIBILITY_TOLERANCE) for record in shown]) for name in names
-        )
+        found = np.array([[record.violations[name] for record in shown] for name in names]) / FEASIBILITY_TOLERANCE
         # Below a tenth of the tolerance a curve says nothing.
-        data = (steps, *(np.maximum(curve, -1.0) for curve in curves))
+        data = (steps, *np.log10(np.clip(np.nan_to_num(found, nan=np.inf), 0.1, MOST)))
         if self._plot is None:
             self._plot = self._add_plot(data, names)
         else:
@@ -113,4 +113,4 @@ class RequirementCurves:
             # What is far below the tolerance is zero to a person.
             off = quantity(value, unit) if value > 0.01 * FEASIBILITY_TOLERANCE else "0"
             rows.append(f"| {readable(name)} | {off} | {quantity(FEASIBILITY_TOLERANCE, unit)} | {mark} |")
-        return "\n".join([*rows, "", f"*Start {last.start + 1}, {number(len(self.best), 6)} iterations.*"])
+        return "\n".join([*rows, "", f"*Start {last.start + 1}, {number_text(len(self.best), 6)} iterations.*"])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import viser
 
+from ...values import number_text
 from .. import text
 from .widgets import set_value
 
@@ -129,7 +130,7 @@ def row_table(values: dict[str, Any], varying: tuple[str, ...]) -> str:
     for column, label, unit in FIGURES:
         value = values[column]
         if value is not None and value != "":
-            lines.append((label, f"{text.number(value) if isinstance(value, float) else value}{unit}"))
+            lines.append((label, f"{number_text(value) if isinstance(value, float) else value}{unit}"))
     return _table([], lines)
 
 

@@ -190,5 +190,5 @@ def joint_text(grasp: Grasp) -> str:
     for index, name in enumerate(hand.joint_names):
         low, now, high = np.degrees([hand.lower[index], grasp.joint_angles[index], hand.upper[index]])
         limit = " ⚠" if min(now - low, high - now) < 0.05 else ""
-        rows.append(f"| {name}{limit} | {low:.0f} | {now:.1f} | {high:.0f} |")
+        rows.append(f"| {name}{limit} | {fixed(low, 0)} | {fixed(now, 1)} | {fixed(high, 0)} |")
     return "\n".join(rows)

@@ -107,8 +107,9 @@ class GraspDrawing:
         points, normals = grasp.contacts.points, grasp.contacts.normals
         self.contact_handle.batched_positions = np.asarray(points, dtype=np.float32)
         self.contact_handle.visible = options.contacts
-        self._normals.points = _segments(points - look.NORMAL_LENGTH * normals, points)
         self._normals.visible = options.normals
+        if options.normals:
+            self._normals.points = _segments(points - look.NORMAL_LENGTH * normals, points)
         share = contact_share(grasp)
         forces = self._forces_of(grasp) * share if pushed is None else pushed.forces
         colours = np.tile(look.FORCE, (len(forces), 1)) if pushed is None else pushed.colours
@@ -116,10 +117,10 @@ class GraspDrawing:
         self._draw_forces(grasp, forces, options, touching=share > 0.0)
         self._draw_task(grasp, options)
         self._draw_ellipsoids(grasp, options)
-        for name, label in self._labels.items():
-            index = [frame.name for frame in self.problem.frames].index(name)
-            label.position = points[index] - 0.012 * normals[index]
+        for label, point, normal in zip(self._labels, points, normals, strict=True):
             label.visible = options.labels
+            if options.labels:
+                label.position = point - 0.012 * normal
 
     def mark(self, contact: int) -> None:
         """Show one contact in the colour of what is selected, by its index; none if negative."""
@@ -159,12 +160,12 @@ class GraspDrawing:
             side="double",
             cast_shadow=False,
         )
-        self._labels = {
-            frame.name: self._scene.add_label(
+        self._labels = [
+            self._scene.add_label(
                 f"{ROOT}/label_{index}", frame.name, visible=False, font_screen_scale=0.8, anchor="bottom-center"
             )
             for index, frame in enumerate(self.problem.frames)
-        }
+        ]
 
     def _add_arrows(self) -> None:
         """Add the arrows of normals, forces, weight and task."""

@@ -50,10 +50,11 @@ class HandDrawing:
         self.meshes: dict[str, viser.MeshHandle] = {}
         self.links: dict[str, str] = {}
         self._colours: dict[str, look.Colour] = {}
+        self._usual: dict[str, look.Colour] = {}
         # Of the standard contacts only: those of power grasps are on every link.
         self._tips = {frame.joint_id for frame in hand.contact_frames(None)}
         self._root = scene.add_frame(name, show_axes=False, visible=visible)
-        self._placements = [Pose.identity()] * hand.model.njoints
+        self._placements = (Pose.identity(),) * hand.model.njoints
         self._joints = self._add_joints(scene, name)
         if ghost is None:
             self._add_links(scene)
@@ -70,20 +71,20 @@ class HandDrawing:
         if self._root.visible != shown:
             self._root.visible = shown
 
-    def move(self, q: Array, palm: Pose) -> None:
-        """Show a posture.
+    def move(self, configuration: HandConfiguration, frame: Pose) -> None:
+        """Show the hand where it is.
 
         Args:
-            q: Independent joint angles [rad], of shape (n_q,).
-            palm: Pose of the palm frame P in the world.
+            configuration: Posture and place of the hand in a frame.
+            frame: Pose of that frame in the world.
         """
-        configuration = HandConfiguration(self.hand, q, palm)
-        place(self._root, configuration.root_pose)
-        for joint, frame in self._joints.items():
-            placement = configuration.joint_poses_in_parents[joint]
-            if placement != self._placements[joint]:
-                self._placements[joint] = placement
-                place(frame, placement)
+        placements = frame * configuration.root_pose, *configuration.joint_poses_in_parents[1:]
+        for node, before, now in zip((self._root, *self._joints.values()), self._placements, placements, strict=True):
+            if not np.array_equal(now.rotation, before.rotation):
+                node.wxyz = quaternion_wxyz(now)
+            if not np.array_equal(now.translation, before.translation):  # joints that turn stay where they are
+                node.position = now.translation
+        self._placements = placements
 
     def paint(self, special: dict[str, look.Colour]) -> None:
         """Colour the geometries of some links and give the others their usual colour.
@@ -92,7 +93,7 @@ class HandDrawing:
             special: Colour by link name.
         """
         for name, mesh in self.meshes.items():
-            colour = special.get(self.links[name], self._usual(name))
+            colour = special.get(self.links[name], self._usual[name])
             if colour != self._colours[name]:
                 self._colours[name] = colour
                 mesh.color = colour
@@ -117,7 +118,7 @@ class HandDrawing:
         for entry in link_meshes(self.hand):
             geometry = geometries[entry.geometry_id]
             self.links[entry.name] = entry.link
-            self._colours[entry.name] = self._usual(entry.name)
+            self._colours[entry.name] = self._usual[entry.name] = self._usual_colour(entry.link)
             mesh = entry.mesh
             handle = scene.add_mesh_simple(
                 f"{self._paths[geometry.parentJoint]}/link_{entry.geometry_id}",
@@ -150,9 +151,8 @@ class HandDrawing:
                 receive_shadow=False,
             )
 
-    def _usual(self, name: str) -> look.Colour:
-        """Return the colour of a geometry when nothing is special about it."""
-        link = self.links[name]
+    def _usual_colour(self, link: str) -> look.Colour:
+        """Return the colour of a link when nothing is special about it."""
         if link == self.hand.description.palm.link:
             return look.PALM
         joint = self.hand.model.frames[self.hand.model.getFrameId(link, pin.FrameType.BODY)].parentJoint

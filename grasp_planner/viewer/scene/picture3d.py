@@ -13,7 +13,7 @@ from ...drawing import look
 from ...drawing.camera import FIELD_OF_VIEW, good_view
 from ...drawing.look import Colour
 from ...grasp.grasp import Grasp
-from ...hand.hand import Hand
+from ...hand.configuration import HandConfiguration
 from ...problem.problem import GraspProblem
 from ...spatial import Array, Pose
 from ..closing_story import StoryMoment
@@ -75,8 +75,7 @@ class Picture:
             assert self._hand is not None and self._grasp is not None and self._push is not None
             live = session.live
             grasp = session.grasp if session.preview is None else session.preview.grasp
-            palm = live.object_pose * grasp.palm_pose
-            self._hand.move(grasp.joint_angles, palm)
+            self._hand.move(grasp.configuration, live.object_pose)
             self._grasp.move(live.object_pose)
             tried = session.push if session.preview is None and grasp.feasible else None
             answer = None if tried is None else pushed(grasp, tried)
@@ -88,7 +87,7 @@ class Picture:
             for extra in self._extras:
                 extra.draw(grasp, options, in_contact=touching)
             story = None if session.preview is None else session.preview.story
-            self._draw_springs(story, grasp, palm, at_rest=options.springs and touching)
+            self._draw_springs(story, grasp, live.object_pose, at_rest=options.springs and touching)
             if session.preview is None:
                 self._paint(session, options, {} if answer is None else finger_colours(grasp, answer))
                 self._draw_ghosts(session, options)
@@ -231,9 +230,9 @@ class Picture:
                 if name in self._ghosts:
                     self._ghosts[name].visible = False
                 continue
-            self._show_ghost(name, grasp.problem.hand, entry[1], session.live.object_pose * entry[0].palm_pose)
+            self._show_ghost(name, entry[0], entry[1], session.live.object_pose)
 
-    def _draw_springs(self, story: StoryMoment | None, grasp: Grasp, palm: Pose, *, at_rest: bool) -> None:
+    def _draw_springs(self, story: StoryMoment | None, grasp: Grasp, frame: Pose, *, at_rest: bool) -> None:
         """Show the springs of a closing hand and the ghost of its references, those of a hand at rest, or none."""
         assert self._springs is not None
         if story is None and at_rest:
@@ -242,12 +241,13 @@ class Picture:
             self._springs.draw(np.zeros((0, 2, 3)), np.zeros(0))
         else:
             self._springs.draw(story.springs, story.forces)
-            self._show_ghost("reference", grasp.problem.hand, story.reference, palm)
+            self._show_ghost("reference", grasp, story.reference, frame)
 
-    def _show_ghost(self, name: str, hand: Hand, q: Array, palm: Pose) -> None:
-        """Show a ghost at a posture."""
+    def _show_ghost(self, name: str, grasp: Grasp, q: Array, frame: Pose) -> None:
+        """Show a ghost of a grasp at another posture, by the pose of the object."""
+        hand = grasp.problem.hand
         if name not in self._ghosts:
             whole = name != "reference"
             self._ghosts[name] = HandDrawing(self._scene, f"/ghost_{name}", hand, ghost=GHOSTS[name], whole=whole)
-        self._ghosts[name].move(q, palm)
+        self._ghosts[name].move(HandConfiguration(hand, q, grasp.palm_pose), frame)
         self._ghosts[name].visible = True
