@@ -13,7 +13,7 @@ from grasp_planner.exceptions import InvalidValueError
 from grasp_planner.objects.random_objects import CLOSED_FORMS, MESHES, random_object
 from grasp_planner.studies.benchmark_problems import BenchmarkCase
 from grasp_planner.synergy_design.design import FIRST_SEED, Design, Progress, synergies_for_motors
-from grasp_planner.synergy_design.training import KINDS, Training, fully_actuated, object_scale
+from grasp_planner.synergy_design.training import KINDS, Trainer, Training, fully_actuated, object_scale
 
 
 @pytest.mark.parametrize("kind", [*CLOSED_FORMS, *MESHES])
@@ -60,17 +60,18 @@ def test_numbers_out_of_range_are_named(tmp_path, motors, objects, field):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_set_for_two_motors_grasps_what_it_was_made_from(right, tmp_path, workers):
+def test_a_set_for_two_motors_grasps_what_it_was_made_from(right, tmp_path):
     told = []
     training = Training("dlr_hit_ii_right", tmp_path)
-    space, grasped = synergies_for_motors(training, 2, objects=3, workers=workers, report=told.append)
+    space, grasped = synergies_for_motors(training, 2, objects=2, workers=2, report=told.append)
     assert space.n_synergies == 2 and space.joint_names == right.joint_names
     np.testing.assert_allclose(space.basis.T @ space.basis, np.eye(2), atol=1e-12)
-    assert grasped >= 2
+    assert grasped >= 1
     found = [
-        gp.plan_grasp(training.problem(FIRST_SEED + k, space, right), seed=k, options=gp.PlannerOptions(enough=1))
-        for k in range(3)
+        gp.plan_grasp(
+            training.problem(FIRST_SEED + k, space, right), seed=k, options=gp.PlannerOptions(starts=5, enough=1)
+        )
+        for k in range(2)
     ]
     assert sum(grasp.feasible for grasp in found) >= grasped
     stages = [each for each in told if isinstance(each, Progress)]
@@ -78,10 +79,10 @@ def test_a_set_for_two_motors_grasps_what_it_was_made_from(right, tmp_path, work
     assert any("n_s = 2" in each for each in told if isinstance(each, str))
 
 
-def test_objects_out_of_reach_of_the_free_hand_are_no_set(tmp_path, monkeypatch):
-    monkeypatch.setattr("grasp_planner.synergy_design.design.FREE_STARTS", 1)
+def test_objects_that_the_free_hand_does_not_grasp_make_no_set(tmp_path, monkeypatch):
+    monkeypatch.setattr(Trainer, "__call__", lambda trainer, job: [])
     with pytest.raises(InvalidValueError, match="objects"):
-        Design(Training("dlr_hit_ii_right", tmp_path, kinds=("sphere",), scale=8.0), range(2))
+        Design(Training("dlr_hit_ii_right", tmp_path), range(2))
 
 
 def test_every_joint_of_the_free_hand_is_a_synergy_within_its_limits(hand):
@@ -99,7 +100,7 @@ def test_the_command_writes_a_set_that_plan_takes(tmp_path):
     space = gp.load_synergies(out)
     assert space.name == "motors_2" and "not human data" in space.provenance
     assert "synergies design --hand dlr_hit_ii_right --motors 2 --objects 2 --seed 20000 --scale" in space.provenance
-    words = f"plan --synergy-set {out} --synergies 2 --object sphere:radius=0.038 --json {result}".split()
+    words = f"plan --synergy-set {out} --synergies 2 --object sphere:radius=0.038 --starts 2 --json {result}".split()
     assert CliRunner().invoke(main, words).exit_code in (0, 3)
     assert gp.grasp_from_record(gp.read_grasp_record(result)).problem.synergies == space.truncated(2)
 

@@ -23,9 +23,10 @@ from ..problem.from_settings import (
     problem_from_settings,
 )
 from ..problem.parameters import GraspParameters, hand_parameters
-from ..problem.problem import GraspProblem, default_synergies
+from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..problem.settings import Setting, settings_of
+from ..problem.synergy_number import default_synergies
 
 DEFAULT_TIME_LIMIT_S = 120.0
 """Wall time after which a case is stopped, unless it says otherwise [s]."""

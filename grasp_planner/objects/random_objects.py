@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..files.writing import write_bytes
 from ..spatial import Array
 from .base import GraspObject
 from .ellipsoid import EllipsoidObject
@@ -103,5 +104,5 @@ def random_object(kind: str, rng: np.random.Generator, folder: Path) -> GraspObj
     mesh = MESHES[kind](rng)
     path = folder / f"{kind}_{hashlib.sha256(mesh.vertices.tobytes()).hexdigest()[:16]}.ply"
     if not path.is_file():
-        mesh.export(path)
+        write_bytes(path, mesh.export(file_type="ply"))
     return MeshObject.load(path, mass=MASS)

@@ -26,10 +26,8 @@ from .load_cases import LoadCases
 from .parameters import GraspParameters, plain_compliance
 from .settings import setting
 from .size_check import ObjectSizeWarning, size_warning
+from .synergy_number import DEFAULT_SYNERGIES, MOTION_SYNERGIES
 from .term import Cost, Requirement, Weighted, own_constraints, own_costs
-
-DEFAULT_SYNERGIES, MOTION_SYNERGIES = 3, 6
-"""Number of synergies if none is given: the paper's case; and the least for a twist task: β needs rank 6."""
 
 MAX_TASKS = 64
 """Most task directions of a problem."""
@@ -45,8 +43,8 @@ class GraspProblem(Value):
         tasks: Task directions with weights.
         n_synergies: Number of synergies n_s; if None, three (six where a task is a twist) or as many as the set has.
         parameters: Parameters of the model.
-        synergy_set: Name of the synergy set, or a CSV file, which becomes ``synergy_space``: a record of the problem
-            holds the set and not where it lay; the hand's default if None (it may name one for clearances).
+        synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances). A CSV file
+            becomes ``synergy_space``: a record holds the set and not where it lay.
         contact_set: Name of the contact set; the hand's first if None.
         synergy_space: Synergies to use instead of a named set.
         clearance: What has to keep clear of what: by default links of the object and of each other.
@@ -289,16 +287,3 @@ class GraspProblem(Value):
             row[self.hand.joint_index(first)] -= order.sign if order is not None else 0
             row[self.hand.joint_index(second)] += order.sign if order is not None else 0
         return readonly(rows)
-
-
-def default_synergies(hand: Hand, synergy_set: str | None = None, *, clear: bool = True, motion: bool = False) -> int:
-    """Return the number of synergies of a problem that names none: three, six for a twist, or all of the set.
-
-    Args:
-        hand: The hand.
-        synergy_set: Name of its set; the default one if None.
-        clear: Whether that is the default where links keep clear.
-        motion: Whether a task is a twist: β needs rank 6.
-    """
-    name = synergy_set or hand.description.synergies.default_for(clear)
-    return min(MOTION_SYNERGIES if motion else DEFAULT_SYNERGIES, hand.synergies(name).n_synergies)

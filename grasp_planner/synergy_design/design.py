@@ -21,7 +21,7 @@ from ..processes.jobs import JobFunction
 from ..processes.queueing import answers_in_order
 from ..synergies.space import SynergySpace
 from . import compact
-from .training import MoveJob, PlanJob, Training, Worker, fully_actuated
+from .training import MoveJob, PlanJob, Trainer, Training, fully_actuated
 
 FIRST_SEED = 20000
 """Far from the seeds of the benchmark, so that no set is fitted to its problems."""
@@ -67,7 +67,7 @@ class Design:
         report: Callable[[Progress | str], None] = lambda _: None,
     ) -> None:
         self.training, self.report = training, report
-        self._workers, self._here = workers, Worker(training) if workers == 1 else None
+        self._workers, self._here = workers, Trainer(training) if workers == 1 else None
         self.hand = load_hand(training.hand) if self._here is None else self._here.hand
         free = fully_actuated(self.hand)
         springs = training.force_law == "springs"
@@ -147,7 +147,7 @@ class Design:
 
     def _by_workers(self, jobs: Sequence[PlanJob | MoveJob]) -> Iterable[Any]:
         settings: Mapping[str, Any] = {"training": self.training}
-        return answers_in_order(JobFunction(f"{Worker.__module__}:Worker", settings), jobs, self._workers)
+        return answers_in_order(JobFunction(f"{Trainer.__module__}:Trainer", settings), jobs, self._workers)
 
     def _scatter(self, displacement_scale: float) -> compact.Scatter:
         return compact.scatter_of([grasps[0] for grasps in self.candidates.values()], displacement_scale)

@@ -95,7 +95,7 @@ class MoveJob:
     epsilon: float
 
 
-class Worker:
+class Trainer:
     """Answers jobs; makes every object once."""
 
     def __init__(self, training: Training) -> None:

@@ -20,7 +20,8 @@ from ...objects import SHAPES, GraspObject
 from ...problem.clearance_options import ClearanceOptions
 from ...problem.load_cases import LoadCases
 from ...problem.parameters import PAPER_WEIGHTS, GraspParameters
-from ...problem.problem import MOTION_SYNERGIES, GraspProblem, default_synergies
+from ...problem.problem import GraspProblem
+from ...problem.synergy_number import MOTION_SYNERGIES, default_synergies
 from ..choices import size_range, usable_synergy_sets
 from ..session import Session
 from .settings import SettingsPanel
