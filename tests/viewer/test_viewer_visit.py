@@ -7,6 +7,8 @@ import json
 import numpy as np
 import pytest
 
+from grasp_planner.viewer.ladder_card import OPEN
+
 from .browser_page import Page, until
 
 pytestmark = pytest.mark.slow
@@ -57,7 +59,10 @@ def test_the_hand_is_in_sight_beside_the_panel_on_small_screens(browser, viewer,
 def test_on_a_phone_the_card_is_one_line_until_it_is_touched_and_the_hand_is_seen(browser, viewer):
     page = Page(browser, f"{viewer.url}/?fixedDpr=1", size=(390, 844), touch=True)
     page.page.wait_for_function("window.graspViewerFit && window.graspViewerFit.changed")
+    until(lambda: OPEN not in viewer.card.widget.content)  # the card is not written again from here on
     card = page.page.locator("[data-model]")
+    card.get_by_text("Closes and holds").wait_for()
+    page.steady()
     title, rung = card.locator("> div").first, card.get_by_text("meets the model asked for")
     assert not rung.is_visible()
     assert card.bounding_box()["height"] < 60.0
