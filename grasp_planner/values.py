@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ SHOWN_NUMBERS = 6
 """Most numbers of an array, and most entries of a tuple, that are printed; of more only the shape or the first."""
 PLAIN = frozenset({str, int, float, bool, type(None)})
 """Kinds of fields that can't be changed anyway."""
+_NAMES: dict[type, tuple[str, ...]] = {}
 PLAIN_POWER = 5
 """Largest power of ten that people read in plain digits."""
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -105,16 +106,16 @@ def number_text(value: float, digits: int = 3) -> str:
     return mantissa.replace("-", "−") + (f"·10{str(int(power)).translate(RAISED)}" if power else "")
 
 
-@cache
 def _fields(kind: type[Value]) -> tuple[Field[Any], ...]:
     """Return the dataclass fields of a class of values."""
     return fields(kind)  # type: ignore[arg-type]  # every value is a dataclass
 
 
-@cache
 def _names(kind: type[Value]) -> tuple[str, ...]:
-    """Return the names of the fields of a class of values."""
-    return tuple(field.name for field in _fields(kind))
+    """Return the names of the fields of a class of values, found once: values are made by the hundred."""
+    if kind not in _NAMES:
+        _NAMES[kind] = tuple(field.name for field in _fields(kind))
+    return _NAMES[kind]
 
 
 def _own(value: Value) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from playwright.sync_api import Page, sync_playwright
 
 from grasp_planner.batch import RunRows, parse_spec, run_batch
 from grasp_planner.viewer import GraspViewer, export_html
+from grasp_planner.viewer.ladder_card import OPEN
 from grasp_planner.viewer.tour import REMEMBERED
 
 BROWSER = os.environ.get("GRASP_PLANNER_CHROMIUM", "/usr/bin/chromium")
@@ -56,14 +57,26 @@ class Camera:
     def __init__(self, page: Page, viewer: GraspViewer, folder: Path) -> None:
         self.page, self.viewer, self.folder = page, viewer, folder
 
-    def take(self, name: str, *, tab: str = "", scroll: float = 0.0, wait: bool = True) -> None:
-        """Write what the page shows as a small PNG."""
+    def take(self, name: str, *, tab: str = "", scroll: float = 0.0, upto: str = "", wait: bool = True) -> None:
+        """Write what the page shows as a small PNG.
+
+        Args:
+            name: Name of the picture.
+            tab: The tab to open first.
+            scroll: How far down its panel, from 0 to 1 …
+            upto: … or the element that is to be seen.
+            wait: Whether to wait until all rungs of the card are known.
+        """
         if tab:
             self.page.get_by_role("tab", name=tab, exact=True).click()
         if wait:
             self.viewer.worker.drain(60.0)
+            wait_for(lambda: OPEN not in self.viewer.card.widget.content)
             self.page.wait_for_timeout(2500)
-        self.page.evaluate(SCROLL, scroll)
+        if upto:
+            self.page.locator(upto).first.scroll_into_view_if_needed()
+        else:
+            self.page.evaluate(SCROLL, scroll)
         self.page.wait_for_timeout(300)
         self.page.evaluate(CLEAN)
         self.page.wait_for_timeout(200)
@@ -129,10 +142,10 @@ def show_plan(camera: Camera) -> None:
     camera.page.get_by_role("tab", name="Plan", exact=True).click()
     plan.plan.value = True
     wait_for(lambda: viewer.planning.busy and len(plan._history) > 30, 60.0)
-    camera.page.wait_for_timeout(700)
-    camera.take("planning", wait=False)
+    camera.take("planning", upto=".u-legend", wait=False)
     wait_for(lambda: not viewer.planning.busy, 240.0)
     viewer.display.look.value = True
+    wait_for(lambda: all(picture is not None for picture in plan.gallery.pictures), 60.0)
     camera.take("plan")
     camera.take("problem", scroll=1.0)
     plan.from_here.value = False

@@ -1,4 +1,4 @@
-"""What keeps the hand in sight on phones and in small windows: the panel as a sheet, the camera wide enough."""
+"""What keeps the hand in sight on phones and in small windows: the panel a sheet, the card folded, a wide camera."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from ..drawing.camera import FIELD_OF_VIEW
 
 PHONE = 700
 """Windows narrower than this have the panel below the picture [pixels]."""
+SHARE = 46
+"""How much of such a window's height the panel takes [%]."""
 WIDEST = 1.2
 """Width by height of what is seen at the usual angle of view."""
 
@@ -14,9 +16,17 @@ SCRIPT = """(() => {
   const style = document.createElement('style');
   style.textContent = '@media (max-width: PHONEpx) {' +
     '.mantine-Paper-root:has([role=tablist]) {left: 0 !important; right: 0 !important; width: 100% !important; ' +
-    'top: auto !important; bottom: 0 !important; height: 52% !important; max-height: 52% !important} ' +
-    '.mantine-Paper-root:has([role=tablist]) .mantine-ScrollArea-content > div {width: 100% !important}}';
+    'top: auto !important; bottom: 0 !important; height: SHARE !important; max-height: SHARE !important} ' +
+    '.mantine-Paper-root:has([role=tablist]) .mantine-ScrollArea-content > div {width: 100% !important} ' +
+    '.mantine-Paper-root [data-model] > :first-child {cursor: pointer} ' +
+    '.mantine-Paper-root [data-model] > :first-child::after {content: " ▴"} ' +
+    'body:not(.card-open) .mantine-Paper-root [data-model] > :first-child::after {content: " ▾"} ' +
+    'body:not(.card-open) .mantine-Paper-root [data-model] > :not(:first-child) {display: none !important}}';
   document.head.appendChild(style);
+  document.addEventListener('click', (event) => {
+    const line = event.target.closest && event.target.closest('.mantine-Paper-root [data-model] > :first-child');
+    if (line) document.body.classList.toggle('card-open');
+  });
   const fit = () => {
     const view = window.__viserMutable, camera = view && view.camera;
     const canvas = document.querySelector('canvas[data-engine]');
@@ -52,7 +62,7 @@ SCRIPT = """(() => {
 
 def narrow_script() -> str:
     """Return the script; on a page that is wide enough it changes nothing."""
-    values = {"PHONE": f"{PHONE}", "WIDEST": f"{WIDEST}", "FIELD ": f"{FIELD_OF_VIEW:.6g} "}
+    values = {"PHONE": f"{PHONE}", "SHARE": f"{SHARE}%", "WIDEST": f"{WIDEST}", "FIELD ": f"{FIELD_OF_VIEW:.6g} "}
     script = SCRIPT
     for name, value in values.items():
         script = script.replace(name, value)

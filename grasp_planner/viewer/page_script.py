@@ -19,6 +19,8 @@ SCRIPT = """(() => {
   style.textContent = 'button:has(> .tabler-icon-adjustments), button:has(.tabler-icon-adjustments) {display: none}' +
     '[data-mantine-color-scheme=dark] [data-model] :is(b, div:first-child) ' +
     '{filter: brightness(1.5)} pre, pre code {white-space: pre-wrap !important; overflow-wrap: anywhere} ' +
+    '.mantine-Table-table th:not([style]) {text-align: left} ' +
+    '.mantine-Table-table :is(th, td) + :is(th, td) {padding-left: 10px} ' +
     '#connection-note {position: fixed; left: 50%; top: 12px; transform: translateX(-50%); z-index: 9999; ' +
     'padding: 10px 16px; border-radius: 10px; font: 600 14px system-ui, sans-serif; color: #fff; max-width: 90vw}';
   document.head.appendChild(style);

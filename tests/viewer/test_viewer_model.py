@@ -46,7 +46,7 @@ def test_page_and_exported_page_tell_the_joints_in_degrees_and_those_at_a_limit(
     assert np.radians([row.angle for row in rows]) == pytest.approx(q)
     assert np.radians([row.reference for row in rows]) == pytest.approx(ends.reference_joint_angles)
     assert 1e-3 * np.array([row.torque for row in rows]) == pytest.approx(ends.joint_torques)
-    assert f"| {hand.joint_names[0]} ⚠ | {rows[0].angle:.1f} |" in text.joint_table(ends)
+    assert f"| {hand.joint_names[0]} ⚠ | {text.fixed(rows[0].angle, 1)} |" in text.joint_table(ends)
     told = f"<td>{rows[3].name}</td><td>{text.fixed(rows[3].angle, 1)}</td>"
     assert told in export_overlay(ends, "")
 
@@ -188,6 +188,12 @@ def test_unknown_violations_are_shown_with_their_unit(grasp):
     assert text.reason(Violation("kinetic_energy", 0.5, Unit("J"))) == "kinetic energy violated by 0.5 J"
     assert text.quantity(np.pi, RADIAN) == "180 °"
     assert text.quantity(0.25, ONE) == "0.25"
+
+
+def test_objects_and_tasks_are_told_in_words():
+    assert text.object_words(gp.Cylinder()) == "cylinder, 60 × 60 × 150 mm, 200 g"
+    assert text.task_words(gp.parse_task("torque:-z")) == "torque about −z"
+    assert text.task_words(gp.parse_task("force:3,4,0")) == "force along (0.60, 0.80, 0.00)"
 
 
 def test_nothing_foreign_reaches_the_page_unescaped(grasp):

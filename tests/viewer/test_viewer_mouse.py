@@ -1,4 +1,4 @@
-"""Handles, the ball of the task, sliders and links, with a real mouse in headless Chromium."""
+"""Handles, the ball of the task, sliders, letters and links, with a mouse or a finger in headless Chromium."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from grasp_planner.batch import GraspCase, RunRows, run_batch
 from grasp_planner.batch.report import write_report
 from grasp_planner.viewer import GraspViewer
 
-from .browser_page import Page, until
+from .browser_page import TURN, TURNED, Page, until
 
 pytestmark = pytest.mark.slow
 
@@ -39,7 +39,7 @@ def test_handles_move_hand_and_object(page, viewer, what):
     page.tab("Synergies")
     page.row(box).check()
     page.page.wait_for_function("(n) => window.__viserMutable.nodeRefFromName[n]?.visible", arg=node)
-    page.page.wait_for_timeout(1000)
+    page.steady()
     before = pose_now()
     axis, origin, tip = best_axis(page, before, gizmo.scale)
     page.drag(tip, tip + 0.35 * (tip - origin))
@@ -59,7 +59,7 @@ def test_handles_turn_the_hand(page, viewer):
     page.tab("Synergies")
     page.row("Move the hand").check()
     page.page.wait_for_function("() => window.__viserMutable.nodeRefFromName['/hand_gizmo']?.visible")
-    page.page.wait_for_timeout(1000)
+    page.steady()
     pose, length = viewer.session.live.hand_pose, ARC * viewer.picture.hand_gizmo.scale
     # The arc from the second axis to the third turns about the first, and so on.
     spread = []
@@ -81,7 +81,7 @@ def test_handles_turn_the_hand(page, viewer):
 def test_the_ball_turns_the_task(page, viewer):
     viewer.display.boxes["cones"].value = viewer.display.boxes["forces"].value = False
     viewer.worker.drain()
-    page.page.wait_for_timeout(1000)
+    page.steady()
     before = viewer.session.problem.tasks[0].direction[:3].copy()
     ball = page.project(viewer.picture._grasp.task_handle.position)
     page.drag(ball, ball + np.array([40.0, -90.0]))
@@ -100,14 +100,38 @@ def test_the_ball_turns_the_task(page, viewer):
 def test_a_slider_follows_the_mouse(page, viewer):
     page.tab("Synergies")
     slider = viewer.synergies.sliders[0]
-    name = page.page.locator("xpath=//label[normalize-space()='σ1']").get_attribute("for")
-    track = page.page.locator(f'[id="{name}"] .mantine-Slider-trackContainer').bounding_box()
-    y = track["y"] + track["height"] / 2.0
-    page.drag((track["x"] + 0.4 * track["width"], y), (track["x"] + 0.75 * track["width"], y))
+    begin, end = page.track("σ1")
+    page.drag(begin + 0.4 * (end - begin), begin + 0.75 * (end - begin))
     until(lambda: abs(slider.value - 1.0) < 0.1)
     until(lambda: viewer.session.live.sigma[0] == slider.value)
+    name = page.page.locator("xpath=//label[normalize-space()='σ1']").get_attribute("for")
     labels = page.page.locator(f'[id="{name}"] .mantine-Slider-markLabel')
     until(lambda: labels.all_inner_texts() == [mark.label for mark in slider._marks if mark.label is not None])
+
+
+def test_a_finger_drags_a_slider_and_the_hand_follows(browser, viewer):
+    page = Page(browser, f"{viewer.url}/?fixedDpr=1", touch=True)
+    page.tab("Synergies")
+    joint = "/hand/joint_1/joint_2/joint_3"
+    before = page.page.evaluate(TURN, joint)
+    begin, end = page.track("σ1")
+    page.swipe(begin + 0.5 * (end - begin), begin + 0.25 * (end - begin))
+    until(lambda: abs(viewer.synergies.sliders[0].value + 1.0) < 0.1)
+    until(lambda: viewer.session.live.sigma[0] == viewer.synergies.sliders[0].value)
+    page.page.wait_for_function(TURNED, arg=[joint, before])
+    page.close()
+
+
+def test_a_letter_says_what_it_means_at_a_touch(browser, viewer):
+    page = Page(browser, f"{viewer.url}/?fixedDpr=1", touch=True)
+    page.page.locator("[data-cell][data-term='floor']").tap()
+    note = page.page.locator("#term-note")
+    assert "least F" in note.inner_text()
+    page.page.locator("th[data-term='f_n']").tap()
+    assert "normal" in note.inner_text()
+    page.page.get_by_text("Does it hold").tap()
+    note.wait_for(state="hidden")
+    page.close()
 
 
 @pytest.fixture(scope="module")

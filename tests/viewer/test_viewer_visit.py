@@ -7,6 +7,8 @@ import json
 import numpy as np
 import pytest
 
+from grasp_planner.viewer.ladder_card import OPEN
+
 from .browser_page import Page, until
 
 pytestmark = pytest.mark.slow
@@ -43,15 +45,38 @@ def test_a_first_visit_from_the_grasp_to_a_file_takes_few_actions(browser, viewe
 def test_the_hand_is_in_sight_beside_the_panel_on_small_screens(browser, viewer, size):
     page = Page(browser, f"{viewer.url}/?fixedDpr=1", size=size)
     page.page.wait_for_function("window.graspViewerFit && window.graspViewerFit.changed")
-    page.page.wait_for_timeout(1500)
-    panel = page.page.locator(".mantine-Paper-root:has([role=tablist])").bounding_box()
-    below = panel["width"] > 0.9 * size[0]
-    right, bottom = (size[0], panel["y"]) if below else (panel["x"], size[1])
     grasp = viewer.session.grasp
-    for point in (*grasp.contacts.points, np.array(grasp.palm_pose.translation)):
-        x, y = page.project(point)
-        assert 0.0 < x < right
-        assert 0.0 < y < bottom
+    points = (*grasp.contacts.points, np.array(grasp.palm_pose.translation))
+    free = page.beside_panel()
+    # The camera widens once the panel has its place.
+    until(lambda: all(((at > 0.0) & (at < free)).all() for at in map(page.project, points)))
+    panel = page.panel.bounding_box()
     assert panel["x"] >= 0.0
     assert panel["x"] + panel["width"] <= size[0] + 1.0
+    page.close()
+
+
+def test_on_a_phone_the_card_is_one_line_until_it_is_touched_and_the_hand_is_seen(browser, viewer):
+    page = Page(browser, f"{viewer.url}/?fixedDpr=1", size=(390, 844), touch=True)
+    page.page.wait_for_function("window.graspViewerFit && window.graspViewerFit.changed")
+    until(lambda: OPEN not in viewer.card.widget.content)  # the card is not written again from here on
+    card = page.page.locator("[data-model]")
+    card.get_by_text("Closes and holds").wait_for()
+    page.steady()
+    title, rung = card.locator("> div").first, card.get_by_text("meets the model asked for")
+    assert not rung.is_visible()
+    assert card.bounding_box()["height"] < 60.0
+    title.tap()
+    rung.wait_for(state="visible")
+    title.tap()
+    rung.wait_for(state="hidden")
+    with_hand = page.pixels()
+    viewer.picture._hand._root.visible = False
+    page.page.wait_for_function("() => !window.__viserMutable.nodeRefFromName['/hand'].visible")
+    changed = np.abs(page.pixels().astype(int) - with_hand).max(axis=2) > 20
+    viewer.picture._hand._root.visible = True
+    across, down = page.beside_panel()
+    free = changed[: int(down), : int(across)]
+    assert free.mean() > 0.05, "of the window beside the panel"
+    assert not free[-3:].any(), "the panel cuts nothing of the hand off"
     page.close()
