@@ -253,8 +253,8 @@ class GraspViewer:
             return False
         session.dirty = False
         session.update()
+        self.picture.draw(session, self.display.options)
         with self.server.atomic():  # each message on its own would wake the thread of the network
-            self.picture.draw(session, self.display.options)
             self.card.show()
             if session.preview is None:
                 self._show_numbers()

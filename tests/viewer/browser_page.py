@@ -16,8 +16,13 @@ TOLERATED = (
     "Unable to preventDefault inside passive event listener",
 )
 """What the page's libraries say on the console; nothing else may be an error or a warning."""
-DRIVER_WARNINGS = ("GPU stall due to ReadPixels", "GL Driver Message")
-"""Warnings of software rendering, which no person sees."""
+DRIVER_WARNINGS = (
+    "GPU stall due to ReadPixels",
+    "GL Driver Message",
+    "glDrawElementsInstanced: Vertex shader input type does not match",
+)
+"""Warnings of software rendering, which no person sees; the last one where many copies of a mesh are drawn in the frame
+in which they are made, a fault of the library that draws them (agargaro/instanced-mesh, issue 93)."""
 
 READY = """(names) => {
   const view = window.__viserMutable, tree = window.__viserSceneTree;

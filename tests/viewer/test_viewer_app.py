@@ -215,7 +215,7 @@ def test_what_is_shown_follows_the_boxes(viewer):
     assert any("velocity ellipsoid" in note for note in viewer.picture.notes)
     viewer.display.boxes["forces"].value = False
     settle(viewer)
-    assert not viewer.server.scene.get_handle_by_name("/object/forces").visible
+    assert not viewer.server.scene.get_handle_by_name("/object/forces_5").visible
     for name, box in viewer.display.boxes.items():
         box.value = bool(getattr(type(viewer.display.options)(), name))
     settle(viewer)

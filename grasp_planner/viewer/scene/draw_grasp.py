@@ -132,12 +132,16 @@ class GraspDrawing:
             self.contact_handle.batched_colors = instance_colours(colours)
 
     def _add_contacts(self) -> None:
-        """Add dots, labels and friction cones."""
+        """Add dots, labels and friction cones.
+
+        Names count the copies: the page goes on drawing a node that is replaced by one of its name, and a node that is
+        drawn already can't be given more copies.
+        """
         n_c = len(self.problem.frames)
         still, turned = np.zeros((n_c, 3), np.float32), np.tile([1.0, 0.0, 0.0, 0.0], (n_c, 1)).astype(np.float32)
         ball = trimesh.creation.icosphere(subdivisions=2, radius=look.CONTACT_RADIUS)
         self.contact_handle = self._scene.add_batched_meshes_simple(
-            f"{ROOT}/contacts",
+            f"{ROOT}/contacts_{n_c}",
             np.array(ball.vertices),
             np.array(ball.faces),
             turned,
@@ -149,7 +153,7 @@ class GraspDrawing:
         vertices, faces = cone_mesh(1.0, look.CONE_LENGTH)
         width = np.clip(friction, 0.01, 3.0)
         self._cones = self._scene.add_batched_meshes_simple(
-            f"{ROOT}/cones",
+            f"{ROOT}/cones_{n_c}",
             vertices,
             faces,
             turned,
@@ -173,7 +177,7 @@ class GraspDrawing:
 
         def arrows(name: str, colour: look.Colour, thickness: float, number: int = 1) -> viser.ArrowsHandle:
             return self._scene.add_arrows(
-                f"{ROOT}/{name}",
+                f"{ROOT}/{name}_{number}",
                 np.zeros((number, 2, 3), np.float32),
                 instance_colours(colour),
                 shaft_radius=thickness,
