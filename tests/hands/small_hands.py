@@ -16,7 +16,6 @@ HANDS = (
     "prismatic",
     "mesh_links",
     "phantom_link",
-    "flat_pads",
     "tendon",
 )
 
@@ -71,7 +70,7 @@ def three_fingers(base="palm", outer=None, solid=rod):
 
 
 def urdf_text(name):
-    """Return the URDF of one of :data:`HANDS`."""
+    """Return the URDF of one of :data:`HANDS`, or of ``flat_pads``."""
     palm = [link("palm", box(0.1, 0.1, 0.02))]
     parts = {
         "mimic_chain": lambda: palm + three_fingers(outer=chain),
