@@ -9,6 +9,8 @@ from click.testing import CliRunner
 
 import grasp_planner as gp
 from grasp_planner.cli.main import main
+from grasp_planner.collision.link_shapes import link_shapes
+from grasp_planner.evaluation.clearance import _thinned
 from grasp_planner.hand.contact_frame import SKIN, find_contact_frame
 from grasp_planner.hand.hull_fit import surface_distance
 from grasp_planner.hand.loading import loaded_hand
@@ -66,6 +68,16 @@ def test_the_pads_hold_nothing_and_their_sides_do(problem, moved):
 
 def test_what_is_moved_is_not_moved_again(moved):
     assert moved_contacts(moved, np.random.default_rng(1)) is moved
+
+
+def test_a_margin_takes_up_the_rims_of_hulls(problem):
+    hulls = [shape for shape in link_shapes(problem.hand) if shape.fitted and shape.geometry is not None]
+    assert hulls
+    for shape in hulls:
+        assert _thinned(shape, 1.0).rim == 0.0
+        thin = _thinned(shape, 0.25 * shape.rim)
+        assert thin.rim == pytest.approx(0.75 * shape.rim)
+        assert thin.geometry.getSweptSphereRadius() == pytest.approx(thin.rim)
 
 
 def test_contacts_of_a_description_stay(problem):
