@@ -7,7 +7,7 @@ witness points, held fixed on their links, along the normal between them (envelo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from ..collision.link_shapes import (
     shape_pairs,
     tip_axes,
 )
+from ..hand.hull_fit import hull_of
 from ..problem.problem import GraspProblem
 from ..spatial import Array, Indices, cross_rows
 from .contact_geometry import ContactGeometry
@@ -136,7 +137,10 @@ class ClearanceEvaluator:
         self._solids = CoalPairs.with_object(solids, grasp_object) if solids else None
 
     def _set_self(self, shapes: tuple[LinkShape, ...]) -> None:
-        """Choose the pairs of solids that keep clear of each other, and their groups."""
+        """Choose the pairs of solids that keep clear of each other, and their groups.
+
+        What a mesh stands out of its hull may take up half of the margin: two meshes stay apart all the same.
+        """
         pairs = shape_pairs(self.problem.hand, shapes) if self.options.self_collision else ()
         keys = [tuple(sorted((shapes[i].branch, shapes[j].branch))) for i, j in pairs]
         groups = {key: row for row, key in enumerate(sorted(set(keys)))}
@@ -149,7 +153,8 @@ class ClearanceEvaluator:
         self._pair_masks = self._masks[joints[:, 1]] - self._masks[joints[:, 0]]
         self._solid_pairs = None
         if solid:
-            self._solid_pairs = CoalPairs([(shapes[pairs[k][0]], shapes[pairs[k][1]]) for k in solid])
+            thin = [_thinned(shape, 0.5 * self.options.margin) for shape in shapes]
+            self._solid_pairs = CoalPairs([(thin[pairs[k][0]], thin[pairs[k][1]]) for k in solid])
 
     def _set_ground(self, shapes: tuple[LinkShape, ...]) -> None:
         """Choose the points that stay above the ground."""
@@ -254,3 +259,12 @@ class ClearanceEvaluator:
     def _moved(self, pose: PosedJoints, joints: Indices, points: Array, normals: Array) -> Array:
         """Return ∂(n·p)/∂(all joint angles) of points fixed on links, all in the root frame, of shape (m, nv)."""
         return (normals @ pose.linear + cross_rows(points, normals) @ pose.angular) * self._masks[joints]
+
+
+def _thinned(shape: LinkShape, most: float) -> LinkShape:
+    """Return a hull around a mesh with so much less of its rim at most [m]; other solids as they are."""
+    if not shape.fitted or shape.geometry is None:
+        return shape
+    rim, back = max(0.0, shape.rim - most), shape.placement.inverse()
+    hull = hull_of(np.array([back.act(corner) for corner in shape.corners]), rim)
+    return replace(shape, rim=rim, geometry=hull.geometry())

@@ -60,6 +60,12 @@ class Closing:
         """Return the ends of the fingers at a share of closing, in the root frame [m], of shape (n_f, 3)."""
         return tips_at(self.motion, self.fingers, self.posture(share))
 
+    def length(self) -> float:
+        """Return the mean distance of the fingers' ends from their first joints with the hand open [m]."""
+        first = [finger.chain[0] for finger in self.fingers]
+        starts = self.motion.points(self.rest, first, np.zeros((len(first), 3)))
+        return float(np.linalg.norm(self.ends(0.0) - starts, axis=1).mean())
+
     def flexion_axes(self) -> Array:
         """Return the axes about which the holding fingers close, in the root frame, of shape (n_f, 3)."""
         q = self.posture(self.holding)

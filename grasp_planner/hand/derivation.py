@@ -34,6 +34,8 @@ from .urdf_file import UrdfFile
 
 ROD_COMPLIANCE = 1e-3
 """Default compliance of a joint that slides [m/N]: that of a turning one at a lever of 10 cm."""
+BALL = 0.3
+"""Radius of a ball as a share of the fingers' length, between them where a tendon has half closed them."""
 OPPOSED = "opposed"
 """Name of the contact set of a hand that has more fingers than hold something."""
 FEW = 3
@@ -79,6 +81,12 @@ class Derivation:
     closing: Closing
     opposition: Opposition
     said: tuple[str, ...]
+
+    def first_object(self) -> str:
+        """Return what a first grasp is planned of, as text: a ball for a tendon, which turns no finger by itself."""
+        if self.description.tendons is None:
+            return self.opposition.first_object()
+        return f"sphere:radius={BALL * self.closing.length():.3f},mass=0.1"
 
 
 def derive(urdf: UrdfFile, file_name: str) -> Derivation:

@@ -103,7 +103,7 @@ def loaded_hand(name_or_path: str | Path, locked: Mapping[str, float] | None = N
         )
         lines = (*(f"repair: {line}" for line in robot.repairs), *(f"derived: {line}" for line in facts))
         hand = hand_of(derived.description, urdf, path)
-        return LoadedHand(replace(hand, findings=lines), derived.opposition.first_object())
+        return LoadedHand(replace(hand, findings=lines), derived.first_object())
     description = read_hand_description(path)
     file = find_robot_file(description.urdf, path.parent)
     urdf = read_urdf(file, description.locked | locks, description.couplings)

@@ -150,7 +150,7 @@ def _best_patch(finger: Finger, points: Array, inward: Array, along: Array, want
     found.sort(key=lambda patch: -patch.worth)
     for patch in found:
         across = np.cross(patch.normal, along)
-        normals = _normals(patch.normal, unit(np.cross(across, patch.normal)), patch.bend, patch.side)
+        normals = patch_normals(patch.normal, unit(np.cross(across, patch.normal)), patch.bend, patch.side)
         touching = patch.centre + patch.radius * normals
         if max(surface_distance(finger.geometries, point) for point in touching) < SKIN:
             return patch
@@ -165,8 +165,8 @@ def _widest(
     normal, onward = np.cos(t) * inward + np.sin(t) * along, np.cos(t) * along - np.sin(t) * inward
     best: list[_Patch] = []
     for bend in BENDS:
-        normals = _normals(normal, onward, bend, side)
-        centre, radius, error = _ball(points, normals)
+        normals = patch_normals(normal, onward, bend, side)
+        centre, radius, error = fitted_ball(points, normals)
         if error > FITS:
             break
         held = max(0.0, min(tilt + bend, wanted[1]) - max(tilt - bend, wanted[0]))
@@ -174,7 +174,7 @@ def _widest(
     return best
 
 
-def _normals(normal: Array, onward: Array, bend: float, side: float) -> Array:
+def patch_normals(normal: Array, onward: Array, bend: float, side: float) -> Array:
     """Return normals spread over a patch, of shape (n, 3)."""
     across = np.cross(normal, onward)
     b, s = np.radians(bend) * np.linspace(-1.0, 1.0, 9), np.radians(side) * np.linspace(-1.0, 1.0, 3)
@@ -182,7 +182,7 @@ def _normals(normal: Array, onward: Array, bend: float, side: float) -> Array:
     return np.vstack([np.cos(turn) * bent + np.sin(turn) * across for turn in s])
 
 
-def _ball(points: Array, normals: Array) -> tuple[Array, float, float]:
+def fitted_ball(points: Array, normals: Array) -> tuple[Array, float, float]:
     """Return centre, radius and error of the ball whose support function fits that of points best [m]."""
     reach = (normals @ points.T).max(axis=1)
     found = np.linalg.lstsq(np.column_stack([normals, np.ones(len(normals))]), reach, rcond=None)[0]
@@ -196,7 +196,7 @@ def _ball(points: Array, normals: Array) -> tuple[Array, float, float]:
 def _fingertip(frame: Any, finger: Finger, patch: _Patch, axis: Array) -> Fingertip:
     """Return the contact of a patch, in the frame of its link."""
     back = frame.placement.rotation.T
-    described = PatchDescription(across=rounded(back @ axis), bend=_radians(patch.bend), side=_radians(patch.side))
+    described = PatchDescription(across=rounded(back @ axis), bend=radians(patch.bend), side=radians(patch.side))
     error = surface_distance(finger.geometries, patch.centre + patch.radius * patch.normal)
     return Fingertip(
         frame.name,
@@ -209,6 +209,6 @@ def _fingertip(frame: Any, finger: Finger, patch: _Patch, axis: Array) -> Finger
     )
 
 
-def _radians(degrees: float) -> float:
+def radians(degrees: float) -> float:
     """Return an angle in radians, rounded."""
     return round(float(np.radians(degrees)), 4)

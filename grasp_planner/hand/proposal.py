@@ -120,6 +120,6 @@ def first_command(check: HandCheck) -> str:
     """Return the command that plans a first grasp, of an object in size for the hand; for a check without errors."""
     assert check.derived is not None
     locks = [f"--lock {name}={value:g}" for name, value in check.derived.description.locked.items() if value != 0.0]
-    thing = check.derived.opposition.first_object()
+    thing = check.derived.first_object()
     words = ["grasp-planner plan --hand", shlex.quote(str(check.path)), *locks, "--object", thing]
     return " ".join(words)

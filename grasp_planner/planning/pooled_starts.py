@@ -46,11 +46,11 @@ def pooled_starts(
     while True:
         pool = Pool(batched, WIDTH)
         for found in pool.search(make, ROUND, check):
-            yield _start(found, problem.n_synergies)
+            yield start_of(found, problem.n_synergies)
         if pool.count.found:
             continue
         for _, near in pool.nearest:
-            yield _start(near, problem.n_synergies)
+            yield start_of(near, problem.n_synergies)
         if not pool.nearest:
             yield random_start(problem, rng)
 
@@ -66,7 +66,7 @@ def pressing_states(batched: BatchedProblem, starts: Sequence[GraspStart]) -> St
     return replace(states, forces=PRESSING * batched.contacts(states).normals)
 
 
-def _start(found: States, n_synergies: int) -> GraspStart:
+def start_of(found: States, n_synergies: int) -> GraspStart:
     """Return the start of a batch of one."""
     rotation = found.rotation[0]
     pose = Pose(rotation, found.translation[0])

@@ -12,8 +12,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from ..exceptions import FileFormatError, GraspPlannerError
 from ..files.writing import make_folder, write_text
+from ..hand.description import ContactDescription
 from ..hand.hand import Hand
-from ..hand.loading import load_hand
+from ..hand.loading import URDF_ENDINGS, load_hand
+from ..hand.skin import with_contact_sets
 from ..hand.source import HandSource, file_hash
 
 MAX_DEPTH = 8
@@ -36,6 +38,9 @@ class HandSourceRecord(BaseModel):
     )
     meshes: dict[str, str] = Field(default={}, description="hash of each collision mesh by its path")
     locked: dict[str, float] = Field(default={}, description="joints that were fixed, with their values; rad or m")
+    contact_sets: dict[str, dict[str, ContactDescription]] = Field(
+        default={}, description="contacts in use of a hand whose description was derived from a URDF"
+    )
 
 
 def hand_source_record(hand: Hand) -> HandSourceRecord | None:
@@ -51,6 +56,7 @@ def hand_source_record(hand: Hand) -> HandSourceRecord | None:
         texts=dict(source.texts),
         meshes=dict(source.meshes),
         locked=hand.description.locked,
+        contact_sets=hand.description.contact_sets if source.path.suffix.lower() in URDF_ENDINGS else {},
     )
 
 
@@ -73,12 +79,20 @@ def hand_from_record(name: str, record: HandSourceRecord | None, hand: Hand | No
     if hand is None and record.path is not None and not Path(record.path).is_file():
         rebuilt = _rebuilt(name, record)
         _warn(f"hand {name}: {record.path} is gone; it is rebuilt from the grasp's file")
-        return rebuilt
+        return _with_contacts(rebuilt, record)
     found = hand or load_hand(name if record.path is None else Path(record.path), record.locked)
     if found.source is not None and found.source.content_hash != record.sha256:
         place = "the hand of the package" if found.source.library else str(found.source.path)
         _warn(f"hand {name}: {place} is not what the grasp was planned with; everything is computed with it as it is")
-    return found
+        return found
+    return _with_contacts(found, record)
+
+
+def _with_contacts(hand: Hand, record: HandSourceRecord) -> Hand:
+    """Return a hand of the same files with the contacts it had: they may have been moved since they were derived."""
+    if not record.contact_sets or record.contact_sets == hand.description.contact_sets:
+        return hand
+    return with_contact_sets(hand, record.contact_sets)
 
 
 def _warn(message: str) -> None:

@@ -70,7 +70,7 @@ def three_fingers(base="palm", outer=None, solid=rod):
 
 
 def urdf_text(name):
-    """Return the URDF of one of :data:`HANDS`."""
+    """Return the URDF of one of :data:`HANDS`, or of ``flat_pads``."""
     palm = [link("palm", box(0.1, 0.1, 0.02))]
     parts = {
         "mimic_chain": lambda: palm + three_fingers(outer=chain),
@@ -80,6 +80,7 @@ def urdf_text(name):
         "prismatic": prismatic,
         "mesh_links": lambda: palm + three_fingers(solid=lambda length: mesh(f"rod_{round(1000 * length)}.stl")),
         "phantom_link": phantom_link,
+        "flat_pads": lambda: [part.replace("0.03 0.02", "0.02 0.02") for part in phantom_link(mesh("flat.stl"))],
         "tendon": lambda: palm + three_fingers(outer=lambda name: (f"{name}_inner", 0.7)),
     }[name]()
     return "".join([f'<robot name="{name}">', *parts, "</robot>"])
@@ -146,12 +147,12 @@ def prismatic():
     return parts
 
 
-def phantom_link():
+def phantom_link(end=None):
     """All joints follow one that moves a link without geometry, some by a factor of 0."""
     parts = [link("palm", box(0.1, 0.1, 0.02)), link("wire")]
     parts.append(joint("motor", "palm", "wire", "0 0 0", axis="0 0 1", limits=(0.0, 1.0)))
     for name, (place, yaw) in PLACES.items():
-        parts += [link(f"{name}_0"), link(f"{name}_1", rod(0.05)), link(f"{name}_2", rod(0.04))]
+        parts += [link(f"{name}_0"), link(f"{name}_1", rod(0.05)), link(f"{name}_2", end or rod(0.04))]
         parts += [
             joint(f"{name}_turn", "palm", f"{name}_0", place, axis="0 0 1", limits=(-0.5, 0.5), yaw=yaw).replace(
                 "</joint>", '<mimic joint="motor" multiplier="0"/></joint>'
@@ -166,6 +167,14 @@ def mesh(file):
     return f'<collision><geometry><mesh filename="package://made_up/meshes/{file}"/></geometry></collision>'
 
 
+def flat_pad(path: Path, radius: float = 0.004) -> None:
+    """Write a last link that is flat in the middle of its pad and round beside it: the hull of eight balls."""
+    corners = [(x, y, z) for x in (-0.003, 0.003) for y in (-0.005, 0.005) for z in (0.004, 0.036)]
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=radius).vertices
+    path.parent.mkdir(exist_ok=True)
+    trimesh.convex.convex_hull([vertex + corner for corner in corners for vertex in ball]).export(path)
+
+
 def write_hand(folder: Path, name: str, text: str | None = None) -> Path:
     """Write one of the hands, with its meshes, and return the URDF."""
     if name == "mesh_links":
@@ -174,6 +183,8 @@ def write_hand(folder: Path, name: str, text: str | None = None) -> Path:
             solid.apply_translation([0.0, 0.0, -float(solid.bounds[0, 2])])
             (folder / "meshes").mkdir(exist_ok=True)
             solid.export(folder / "meshes" / f"rod_{round(1000 * length)}.stl")
+    if name == "flat_pads":
+        flat_pad(folder / "meshes" / "flat.stl")
     path = folder / f"{name}.urdf"
     path.write_text(urdf_text(name) if text is None else text, encoding="utf-8")
     return path
