@@ -43,7 +43,7 @@ def moved_contacts(problem: GraspProblem, rng: np.random.Generator, check: Check
     """Return the problem with contacts beside the pads of the fingers if the pads hold nothing in a first round.
 
     Args:
-        problem: The problem; only patches derived from a URDF are moved.
+        problem: The problem; only patches derived from a URDF are moved, and only with one synergy.
         rng: Source of random numbers.
         check: Called at every iteration; may raise to stop.
 
@@ -84,12 +84,12 @@ def said_of(before: Hand, after: Hand) -> tuple[str, ...]:
 
 
 def _movable(problem: GraspProblem) -> bool:
-    """Return whether the contacts of a problem are patches derived from a URDF that a search of many states can use."""
+    """Return whether one motor presses with patches derived from a URDF, and many states can be searched at once."""
     source = problem.hand.source
     derived = source is not None and source.path.suffix.lower() in URDF_ENDINGS
     springs = problem.parameters.force_law == "springs" and isinstance(problem.contact_model, HardFinger)
     patches = all(frame.patch is not None for frame in problem.frames) and problem.clearance.tip_patch
-    return derived and springs and patches
+    return derived and springs and patches and problem.n_synergies == 1
 
 
 def _found(problem: GraspProblem, rng: np.random.Generator, check: Check, count: int) -> list[States]:

@@ -132,11 +132,7 @@ class GraspDrawing:
             self.contact_handle.batched_colors = instance_colours(colours)
 
     def _add_contacts(self) -> None:
-        """Add dots, labels and friction cones.
-
-        Names count the copies: the page goes on drawing a node that is replaced by one of its name, and a node that is
-        drawn already can't be given more copies.
-        """
+        """Add dots, labels and friction cones; names count the copies, of which a node that is drawn can't get more."""
         n_c = len(self.problem.frames)
         still, turned = np.zeros((n_c, 3), np.float32), np.tile([1.0, 0.0, 0.0, 0.0], (n_c, 1)).astype(np.float32)
         ball = trimesh.creation.icosphere(subdivisions=2, radius=look.CONTACT_RADIUS)
