@@ -100,7 +100,7 @@ def number_text(value: float, digits: int = 3) -> str:
         return "–"
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
-    mantissa, _, power = f"{value:.{digits}g}".partition("e")
+    mantissa, _, power = f"{value + 0.0:.{digits}g}".partition("e")  # −0 + 0 is 0
     if power and 0 < int(power) <= PLAIN_POWER:
         mantissa, power = f"{float(f'{mantissa}e{power}'):.0f}", ""
     return mantissa.replace("-", "−") + (f"·10{str(int(power)).translate(RAISED)}" if power else "")

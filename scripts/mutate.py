@@ -50,7 +50,11 @@ MUTATIONS = (
     Mutation("terms/loads.py", "-grasp.load_check.friction)", "-grasp.load_check.friction - 1.0)"),
     Mutation("terms/loads.py", "grasp.load_check.largest_normal - ", "grasp.load_check.least_normal - "),
     Mutation("terms/clearance.py", 'return penetration(grasp.clearances, "self_collision")', "return 0.0"),
-    Mutation("grasp/grasp.py", "not self.failures(tolerance) and self.force_closed", "not self.failures(tolerance)"),
+    Mutation(
+        "grasp/grasp.py",
+        "for found in self.violations.values()) and self.force_closed",
+        "for found in self.violations.values())",
+    ),
     Mutation("grasp/grasp.py", "if not found.value <= tolerance", "if found.value > tolerance"),
     Mutation(
         "judge/clearance_check.py",

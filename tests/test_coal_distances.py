@@ -3,7 +3,7 @@
 import coal
 import numpy as np
 
-from grasp_planner.collision.coal_distances import signed_distance
+from grasp_planner.collision.coal_distances import ExactDistance
 
 
 def test_deep_overlaps_have_the_depth_of_the_support_functions():
@@ -23,7 +23,7 @@ def test_deep_overlaps_have_the_depth_of_the_support_functions():
         if depth < 0.002:
             continue
         checked += 1
-        found, *_ = signed_distance(
+        found = ExactDistance()(
             coal.Capsule(0.01, 0.04),
             coal.Transform3s(rotation, position),
             coal.Cylinder(radius, height),

@@ -122,7 +122,7 @@ def test_what_is_not_a_number_is_a_violation(grasp, term):
     assert np.isfinite(term.violation(grasp))
     found = term.violation(Stained(grasp, STAINS[term.name](grasp)))
     assert np.isnan(found)
-    assert Violation(term.name, found, term.unit).text.startswith(f"{term.name} nan")
+    assert Violation(term.name, found, term.unit).text.startswith(f"{term.name} not a number")
 
 
 def test_a_violation_that_is_no_number_comes_first_and_is_the_largest():

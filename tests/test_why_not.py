@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.analysis.knobs import problem_knobs
 from grasp_planner.planning.program import GraspProgram
 
 FEW = gp.PlannerOptions(starts=3, max_iterations=120)
@@ -61,3 +62,12 @@ def test_without_time_nothing_is_claimed(slippery):
     assert not diagnosis.changes
     assert not diagnosis.not_enough
     assert "lack of time" in diagnosis.text
+
+
+@pytest.mark.parametrize("synergy_set", ["motors_2", "thumb_and_fingers", "native_clear"])
+def test_no_more_synergies_are_tried_than_the_set_has(right, synergy_set):
+    problem = gp.GraspProblem(right, gp.Sphere(0.03), n_synergies=2, synergy_set=synergy_set)
+    knob = next(each for each in problem_knobs(problem) if each.name == "number of synergies")
+    assert knob.steps == tuple(range(3, problem.all_synergies.n_synergies + 1))
+    for step in knob.steps:
+        assert knob.apply(step).n_synergies == step

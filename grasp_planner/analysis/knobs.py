@@ -48,7 +48,7 @@ def problem_knobs(problem: GraspProblem) -> list[Knob]:
             "number of synergies",
             "",
             problem.n_synergies,
-            tuple(range(problem.n_synergies + 1, hand.n_joints + 1)),
+            tuple(range(problem.n_synergies + 1, problem.all_synergies.n_synergies + 1)),
             lambda value: replace(problem, n_synergies=int(value)),
             whole=True,
         ),

@@ -6,6 +6,7 @@ gradient. The judge reads the finished grasp, whose quantities come from the pla
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -46,6 +47,8 @@ class Unit:
 
     def text(self, value: float) -> str:
         """Return a value with the symbol."""
+        if math.isnan(value):
+            return "not a number"
         return f"{number_text(value)} {self.symbol.removeprefix('1')}".rstrip()
 
 
