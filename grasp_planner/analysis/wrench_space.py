@@ -140,10 +140,8 @@ def epsilon(space: WrenchSpace, *, tolerance: float = 1e-6, max_points: int = 60
     low, best, direction, facets = 0.0, np.inf, np.eye(6)[0], 0
     points = np.vstack([points, np.zeros((1, 6))])
     while True:
-        # Built anew each time: after an error an incremental hull may end the whole process.
-        try:
-            planes = ConvexHull(points, qhull_options="Qx Q12").equations
-        except QhullError:
+        planes = _facets(points)
+        if planes is None:
             break
         nearest = planes[np.argsort(-planes[:, -1])[:BATCH]]
         low, facets = max(low, float(-nearest[0, -1])), len(planes)
@@ -159,7 +157,21 @@ def epsilon(space: WrenchSpace, *, tolerance: float = 1e-6, max_points: int = 60
     if low <= 1e-12:
         return nothing
     # Where the space reaches least, the ray along d ends: those forces, unlike any others of h(d), make d stationary.
-    return Epsilon(low, best, direction, np.outer(direction, reach(space, direction)[1]), facets)
+    return Epsilon(min(low, best), best, direction, np.outer(direction, reach(space, direction)[1]), facets)
+
+
+def _facets(points: Array) -> Array | None:
+    """Return normals and offsets of the facets of a hull, of shape (m, 7); None if there is none.
+
+    Where points are too nearly in one plane they are joggled, by far less than any tolerance here. Built anew each
+    time: after an error an incremental hull may end the whole process.
+    """
+    for options in ("Qx Q12", "QJ Q12"):
+        try:
+            return np.asarray(ConvexHull(points, qhull_options=options).equations)
+        except QhullError:
+            continue
+    return None
 
 
 def _descended(space: WrenchSpace, direction: Array) -> tuple[Array, float]:
