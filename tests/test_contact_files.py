@@ -72,9 +72,7 @@ def test_mixed_contacts_of_one_model_measure_as_that_model(model):
     for one, other in zip(measure_contacts(plain), measure_contacts(mixed), strict=True):
         assert one.name == other.name
         if one.name != "min-weight n·l*":  # counts edges, of which a padded cone has more
-            exact = (
-                2e-3 if one.name.startswith("ε") else 1e-5
-            )  # a lower bound, 0.1 % from the upper one
+            exact = 2e-3 if one.name.startswith("ε") else 1e-5  # a lower bound, 0.1 % from the upper one
             assert other.value == pytest.approx(one.value, rel=exact, abs=1e-9, nan_ok=True), one.name
             assert other.text == one.text
 
