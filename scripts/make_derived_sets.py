@@ -79,7 +79,7 @@ def recentred(hand: gp.Hand, human: str) -> gp.SynergySpace:
 
 
 def freed(hand: gp.Hand) -> gp.SynergySpace:
-    """Return ``native_clear`` about the mean posture off the stops that leaves the fingertips nearest to their places."""
+    """Return ``native_clear`` about a mean posture off the stops, fingertips as near to their places as may be."""
     space = hand.synergies("native_clear")
     kinematics = HandKinematics(hand, hand.contact_frames())
     places = kinematics.compute(space.mean).position
@@ -92,7 +92,7 @@ def freed(hand: gp.Hand) -> gp.SynergySpace:
     lower, upper = hand.lower + reserve, hand.upper - reserve
     inside = np.clip(space.mean, lower + 1e-6, upper - 1e-6)
     mean = least_squares(moved, inside, bounds=(lower, upper), xtol=1e-14, ftol=1e-14, gtol=1e-14).x
-    said = f"the synergies of native_clear about a mean posture {OFF_STOPS_DEG:g} degrees off every stop, fingertips near"
+    said = f"the synergies of native_clear about a mean posture {OFF_STOPS_DEG:g} degrees off every stop"
     return replace(
         space,
         mean=mean,
