@@ -16,6 +16,7 @@ from grasp_planner.judge.load_check import command_matrix
 from grasp_planner.planning.program import GraspProgram, _little_force
 from grasp_planner.planning.ranking import alike
 from grasp_planner.records.grasp_files import grasp_list_json, parse_grasp_record
+from grasp_planner.terms.registry import problem_constraints
 
 from .finite_differences import central_differences, relative_error
 from .stored import stored
@@ -52,6 +53,17 @@ def test_the_best_task_takes_at_most_a_multiple_of_the_least_force(problem, gras
     assert best.search.least_force <= best.force_norm * 1.001
     assert best.force_norm <= problem.parameters.force_factor * best.search.least_force * (1 + 1e-5)
     assert best.objective == best.task_index
+
+
+def test_no_finger_idles(problem, grasps):
+    least = problem.parameters.least_share
+    assert least == 0.05
+    for grasp in grasps:
+        assert grasp.normal_forces.min() >= (least - 1e-5) * grasp.normal_forces.sum()
+    terms = {term.name for term in problem_constraints(problem)}
+    freer = replace(problem, parameters=replace(problem.parameters, least_share=0.0))
+    assert terms - {term.name for term in problem_constraints(freer)} == {"finger_share"}
+    assert "finger_share" not in grasps[0].violations, "an idle finger is no violation"
 
 
 def test_a_larger_factor_buys_a_better_task(problem, grasps):

@@ -42,7 +42,7 @@ def problems(right):
         paper(right, gp.Cylinder(), n_synergies=5, loads=replace(LOADS, max_normal_force=None, hand_limits=False)),
         paper(right, BOX, n_synergies=8, contact_set="point", clearance=CENTRES, loads=LOADS),
         paper(right, gp.Cylinder(radius=0.045, height=0.18), clearance=ON_GROUND, **with_sides),
-        paper(right, BOX, n_synergies=2, parameters=gp.GraspParameters(force_law="springs"), loads=LOADS),
+        gp.GraspProblem(right, BOX, n_synergies=2, clearance=gp.ClearanceOptions.off(), loads=LOADS),
         paper(gp.load_hand("tendon_hand"), gp.Sphere(radius=0.03), n_synergies=3),
     )
 
@@ -73,6 +73,7 @@ EXACT = (
     "region",
     "compliance",
     "friction",
+    "finger_share",
     "equilibrium_force",
     "equilibrium_moment",
     "tip_patch",

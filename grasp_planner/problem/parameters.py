@@ -44,6 +44,7 @@ class GraspParameters(Value):
             best task; by (17), and with one of them given, the other is the paper's.
         task_weight: w_C.
         force_factor: Without weights, how many times the least F found the best task may take.
+        least_share: Without weights, the share of the sum of normal forces that the search leaves to every finger.
         sharing_weight: How much uneven normal forces add to C, as a share of it; 0: nothing, like the next three.
         stop_weight: The same for joints near their stops.
         mean_weight: The same for distance from the synergies' mean posture.
@@ -117,6 +118,9 @@ class GraspParameters(Value):
     )
     force_factor: float = setting(
         1.5, "Without weights, how many times the least F found the best task may take.", low=1.0, high=1e3, step=0.1
+    )
+    least_share: float = setting(
+        0.05, "Without weights, share of the normal forces that every finger takes.", low=0.0, high=0.5, step=0.01
     )
     sharing_weight: float = _preference("normal forces that fingers do not share")
     stop_weight: float = _preference("joints near their stops")

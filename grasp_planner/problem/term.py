@@ -69,6 +69,7 @@ BUILT_IN_CONSTRAINTS = (
     "surface",
     "compliance",
     "friction",
+    "finger_share",
     "region",
     "joint_limit",
     "equilibrium_force",

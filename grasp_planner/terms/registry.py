@@ -27,12 +27,14 @@ from .equilibrium import ForceBalance, MomentBalance
 from .friction import FrictionCone
 from .loads import ForceBudget, LoadFriction, LoadMaxNormal, LoadMinNormal, LoadTorque
 from .posture import AbductionOrder, JointLimits, SoftSynergy
+from .share import FingerShare
 from .tension import Tension
 
 REQUIREMENTS: tuple[Requirement, ...] = (
     SurfaceContact(),
     SoftSynergy(),
     FrictionCone(),
+    FingerShare(),
     ContactRegion(),
     JointLimits(),
     ForceBalance(),

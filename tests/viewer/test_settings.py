@@ -33,6 +33,7 @@ OTHERS = {
     "contact_stiffness": 2e4,
     "force_weight": 1e-3,
     "force_factor": 2.5,
+    "least_share": 0.02,
     "sharing_weight": 0.5,
     "stop_weight": 0.4,
     "mean_weight": 0.3,
