@@ -20,7 +20,7 @@ from .ranking import FoundGrasps, alike
 from .starts import GraspStart, standard_start
 
 PATIENCE = 2
-"""How many times as many different grasps as are enough are looked for while none of them closes."""
+"""How many times as many different grasps as are enough are looked for while none of them closes with little force."""
 MOST_GRASPS = 100
 """Most grasps of one call."""
 
@@ -140,7 +140,7 @@ class _Search:
         enough, found, most_force = max(self.options.enough, self.count), self.found, self.solver.most_force
         if self.stopped or found.count < enough:
             return self.stopped
-        if self.closing and found.first_closing(most_force) is None:
+        if self.closing and found.first_closing(most_force, gentle=True) is None:
             most = PATIENCE * enough
             return found.different >= most or found.count >= PATIENCE * most
         return self.count == 1 or len(found.best(self.count, closing=False, most_force=most_force)) == self.count

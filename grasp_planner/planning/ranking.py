@@ -28,8 +28,12 @@ def feasible_rank(grasp: Grasp, most_force: float = math.inf) -> tuple[float, ..
     """
     angle, _ = grasp.alignments[0]
     iterations = grasp.search.iterations if grasp.search is not None else 0
-    excess = grasp.force_norm if grasp.force_norm > most_force * (1.0 + 1e-6) else 0.0
-    return excess, float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
+    return _excess(grasp, most_force), float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
+
+
+def _excess(grasp: Grasp, most_force: float) -> float:
+    """Return F of a grasp that takes too much, otherwise 0."""
+    return grasp.force_norm if grasp.force_norm > most_force * (1.0 + 1e-6) else 0.0
 
 
 def same_grasp(first: Grasp, second: Grasp) -> bool:
@@ -83,9 +87,15 @@ class FoundGrasps:
         """Return the best grasp, None if there is none."""
         return next(iter(self.ranked(most_force)), None)
 
-    def first_closing(self, most_force: float = math.inf) -> Grasp | None:
-        """Return the best of those that close from an open hand, None if none does; worse ones are not looked at."""
-        return next((grasp for grasp in self.ranked(most_force) if grasp.closing.holds), None)
+    def first_closing(self, most_force: float = math.inf, *, gentle: bool = False) -> Grasp | None:
+        """Return the best of those that close from an open hand, None if none does; worse ones are not looked at.
+
+        Args:
+            most_force: F that a grasp may take [N].
+            gentle: Whether only those count that take no more.
+        """
+        ranked = (grasp for grasp in self.ranked(most_force) if not gentle or not _excess(grasp, most_force))
+        return next((grasp for grasp in ranked if grasp.closing.holds), None)
 
     def best(self, count: int, *, closing: bool, most_force: float = math.inf) -> tuple[Grasp, ...]:
         """Return the best grasps of which no two are alike, at most so many; if so asked those that close first."""
