@@ -4,9 +4,12 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import pytest
+
 from grasp_planner.evaluation.state import StateEvaluator
 from grasp_planner.studies.benchmark import evaluation_speed, plan_cases
 from grasp_planner.studies.benchmark_problems import BenchmarkCase
+from grasp_planner.studies.benchmark_stages import batch_speed, batch_speeds, optimality_speed, throughput
 
 
 def untimed(results):
@@ -34,6 +37,38 @@ def test_no_state_is_timed_twice(monkeypatch):
     speed = evaluation_speed("dlr_hit_ii_right", 3, clearance=True, states=2, repeats=4)
     assert len(seen) == len(set(seen)) == 8
     assert speed.ratio == speed.median_ms / speed.kinematics_ms > 1.0
+
+
+def test_a_batch_counts_what_it_takes():
+    problem = BenchmarkCase(0, 15).problem()
+    speed = batch_speed("plain", problem, 8)
+    assert speed.taken == 32
+    assert 0 < speed.found <= 32
+    assert 0.0 < speed.evaluation_us < speed.iteration_us
+    assert speed.ms_per_found > 0.0
+
+
+@pytest.mark.slow
+def test_every_growth_is_measured():
+    asked = [speed.asked for speed in batch_speeds("dlr_hit_ii_right", 3, widths=(1, 2))]
+    assert asked[:2] == ["plain", "plain"]
+    assert len(set(asked)) == len(asked) - 1 == 6
+
+
+def test_steps_with_second_derivatives_go_on_to_the_optimum():
+    """From where a search ends they may lower the objective, never raise it by more than rounding."""
+    found = optimality_speed(BenchmarkCase(0, 15))
+    assert found is not None
+    assert found.newton_stationarity <= max(found.stationarity, 1e-6)
+    assert found.newton_iterations > 0 < found.verification_ms
+    assert found.gain > -1e-3
+
+
+def test_throughput_counts_the_problems_once():
+    rate = throughput([BenchmarkCase(seed, 15) for seed in range(2)], 1, enough=1, cpu_limit_s=10.0)
+    assert (rate.workers, rate.problems) == (1, 2)
+    assert 0 < rate.feasible <= 2
+    assert rate.seconds > 0.0
 
 
 def test_studies_load_without_the_extras():

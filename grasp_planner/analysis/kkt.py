@@ -43,6 +43,7 @@ class KktPoint:
         multipliers: λ of these, of shape (a,).
         hessian: Hessian of the Lagrangian, of shape (n, n).
         stationarity: |∇f − Σ λ ∇c| / |∇f|.
+        iterations: Steps that led there.
     """
 
     z: Array
@@ -51,6 +52,7 @@ class KktPoint:
     multipliers: Array
     hessian: Array
     stationarity: float
+    iterations: int
 
 
 def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = KKT_ITERATIONS, tolerance: float = 1e-10) -> KktPoint:
@@ -70,8 +72,9 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = KKT_ITERATIONS,
     everywhere: Array = np.zeros(len(point.residuals))
     active, values = _least_squares_multipliers(point, 1e-3)
     everywhere[active] = values
-    hessian, age, last = None, 0, math.inf
+    hessian, age, last, steps = None, 0, math.inf, 0
     for _ in range(iterations):
+        steps += 1
         if hessian is None:
             hessian, age = lagrangian_hessian(evaluate, z, everywhere, at=point), 0
         rows = point.jacobian[_working(point, everywhere)]
@@ -111,7 +114,7 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = KKT_ITERATIONS,
     stationarity = float(np.linalg.norm(left)) / size
     # What follows from the Hessian is wanted to many digits only where this is an optimum.
     hessian = lagrangian_hessian(evaluate, z, everywhere, at=point if stationarity > ROUGH else None)
-    return KktPoint(z, point, active, values, hessian, stationarity)
+    return KktPoint(z, point, active, values, hessian, stationarity, steps)
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ Group = tuple[str, str, int]
 @click.option("--enough", type=int, default=2, show_default=True, help="Feasible grasps after which a search ends.")
 @click.option("--cpu-limit", type=float, default=10.0, show_default=True, help="Processor time for a problem [s].")
 @click.option("--workers", type=int, default=1, show_default=True, help="Worker processes.")
+@click.option("--stages", is_flag=True, help="Measure the stages of the search one by one, on the first combination.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write every result as JSON.")
 def bench(
     hand: str,
@@ -52,6 +53,7 @@ def bench(
     enough: int,
     cpu_limit: float,
     workers: int,
+    stages: bool,
     json_file: Path | None,
 ) -> None:
     """Benchmark the planner: speed of an evaluation, and seeded random problems, each planned with one call.
@@ -81,6 +83,12 @@ def bench(
     console = Console()
     speeds = [benchmark.evaluation_speed(hand, n_s, clearance=on) for n_s in counts for on in {False, links}]
     console.print(_speed_table(speeds))
+    if stages:
+        from .bench_stages import print_stages
+
+        first = [case(seed, *groups[0]) for seed in range(problems)]
+        print_stages(console, first, kinematics_ms=speeds[0].kinematics_ms, enough=enough, cpu_limit_s=cpu_limit)
+        return
     cases = [case(seed, *group) for group in groups for seed in range(problems)]
     solved = benchmark.plan_cases(cases, cpu_limit_s=cpu_limit, enough=enough, workers=workers)
     results = list(track(solved, "random problems", total=len(cases), console=console))

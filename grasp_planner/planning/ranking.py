@@ -28,7 +28,12 @@ def feasible_rank(grasp: Grasp, most_force: float = math.inf) -> tuple[float, ..
     """
     angle, _ = grasp.alignments[0]
     iterations = grasp.search.iterations if grasp.search is not None else 0
-    return _excess(grasp, most_force), float(f"{grasp.objective:.2e}"), round(angle) if math.isfinite(angle) else 180, iterations
+    return (
+        _excess(grasp, most_force),
+        float(f"{grasp.objective:.2e}"),
+        round(angle) if math.isfinite(angle) else 180,
+        iterations,
+    )
 
 
 def _excess(grasp: Grasp, most_force: float) -> float:

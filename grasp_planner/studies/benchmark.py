@@ -111,8 +111,8 @@ def evaluation_speed(
         x = evaluator.pack(start.joint_angles, start.palm_pose, rng.normal(0.0, 1e-4, n_synergies))
         kinematics = _bare_kinematics(problem, start.joint_angles)
         # Every time another state: what follows from the posture alone is kept as long as that is the same.
-        full.append(_fastest(evaluator.evaluate, x + APART * np.arange(repeats)[:, None]))
-        bare.append(_fastest(kinematics, [None] * repeats))
+        full.append(fastest(evaluator.evaluate, x + APART * np.arange(repeats)[:, None]))
+        bare.append(fastest(kinematics, [None] * repeats))
     median, kinematics_ms = 1e3 * statistics.median(full), 1e3 * statistics.median(bare)
     return EvaluationSpeed(n_synergies, clearance, median, kinematics_ms, median / kinematics_ms)
 
@@ -214,13 +214,21 @@ def as_rows(results: Sequence[ProblemResult | EvaluationSpeed]) -> list[dict[str
     return [asdict(result) for result in results]
 
 
-def _fastest(function: Callable[[Any], object], arguments: Iterable[Any]) -> float:
-    """Return the shortest time of a call with one of the arguments [s]."""
+def fastest(
+    function: Callable[[Any], object], arguments: Iterable[Any], clock: Callable[[], float] = time.perf_counter
+) -> float:
+    """Return the shortest time of a call with one of the arguments [s].
+
+    Args:
+        function: What is called.
+        arguments: What with, once each.
+        clock: What tells the time [s].
+    """
     best = float("inf")
     for argument in arguments:
-        began = time.perf_counter()
+        began = clock()
         function(argument)
-        best = min(best, time.perf_counter() - began)
+        best = min(best, clock() - began)
     return best
 
 

@@ -1,0 +1,117 @@
+"""``grasp-planner bench --stages``: the stages of a search one by one."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from ..studies.benchmark_problems import BenchmarkCase
+    from ..studies.benchmark_stages import BatchSpeed, OptimalitySpeed, Throughput
+
+OPTIMAL = 1e-6
+"""Stationarity below which a grasp counts as an optimum."""
+WORKERS = (1, 2)
+"""Worker processes whose throughput is measured."""
+
+
+def print_stages(
+    console: Console, cases: Sequence[BenchmarkCase], *, kinematics_ms: float, enough: int, cpu_limit_s: float
+) -> None:
+    """Measure and print batches of starts, the way to an optimum, and throughput.
+
+    Args:
+        console: Where to.
+        cases: Random problems of one group.
+        kinematics_ms: Time of bare kinematics, which batches are compared with [ms].
+        enough: Feasible grasps after which a search ends.
+        cpu_limit_s: Processor time for each search [s].
+    """
+    from ..studies.benchmark_stages import batch_speeds, optimality_speed, throughput
+
+    hand, n_s = cases[0].hand, cases[0].n_synergies
+    console.print(_batch_table(list(batch_speeds(hand, n_s)), kinematics_ms))
+    found = [optimality_speed(case) for case in track(cases, "optima", console=console)]
+    console.print(_optimality_table([each for each in found if each is not None]))
+    rates = [throughput(cases, workers, enough=enough, cpu_limit_s=cpu_limit_s) for workers in WORKERS]
+    console.print(_throughput_table(rates))
+
+
+def _batch_table(speeds: Sequence[BatchSpeed], kinematics_ms: float) -> Table:
+    """Return the table of batches."""
+    table = _table(
+        "a batch of random starts, processor time per start",
+        "asked",
+        "starts",
+        "evaluation \\[µs]",
+        "× bare kinematics",
+        "iteration \\[µs]",
+        "feasible",
+        "ms per feasible",
+    )
+    for speed in speeds:
+        table.add_row(
+            speed.asked,
+            str(speed.width),
+            f"{speed.evaluation_us:.0f}",
+            f"{1e-3 * speed.evaluation_us / kinematics_ms:.2g}",
+            f"{speed.iteration_us:.0f}",
+            f"{speed.found}/{speed.taken}",
+            f"{speed.ms_per_found:.0f}" if speed.found else "–",
+        )
+    return table
+
+
+def _optimality_table(found: Sequence[OptimalitySpeed]) -> Table:
+    """Return the table of medians on the way to an optimum."""
+    table = _table(
+        f"where the search ends, and steps with second derivatives from there; medians of {len(found)}",
+        "",
+        "search",
+        "then",
+    )
+
+    def median(name: str) -> float:
+        return statistics.median(getattr(each, name) for each in found)
+
+    if not found:
+        return table
+    optimal = [sum(getattr(each, name) < OPTIMAL for each in found) for name in ("stationarity", "newton_stationarity")]
+    table.add_row("iterations", f"{median('iterations'):.0f}", f"{median('newton_iterations'):.0f}")
+    table.add_row("stationarity", f"{median('stationarity'):.1g}", f"{median('newton_stationarity'):.1g}")
+    table.add_row(f"below {OPTIMAL:g}", *(f"{count} of {len(found)}" for count in optimal))
+    table.add_row("processor time \\[s]", f"{median('search_s'):.2f}", f"{median('newton_s'):.2f}")
+    table.add_row("objective taken off", "", f"{100 * median('gain'):.2g} %")
+    table.add_row("of it at most", "", f"{100 * max(each.gain for each in found):.2g} %")
+    table.add_row("judging a grasp \\[ms]", f"{median('verification_ms'):.1f}", "")
+    return table
+
+
+def _throughput_table(rates: Sequence[Throughput]) -> Table:
+    """Return the table of problems a second."""
+    table = _table(
+        "throughput by the clock", "workers", "problems/s", "feasible grasps/s", "of workers times one worker"
+    )
+    for rate in rates:
+        share = rates[0].seconds / (rate.seconds * rate.workers)
+        table.add_row(
+            str(rate.workers),
+            f"{rate.problems / rate.seconds:.1f}",
+            f"{rate.feasible / rate.seconds:.1f}",
+            f"{100 * share:.0f} %",
+        )
+    return table
+
+
+def _table(title: str, *columns: str) -> Table:
+    """Return a narrow table of numbers."""
+    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False)
+    for column in columns:
+        table.add_column(column, justify="right")
+    return table
