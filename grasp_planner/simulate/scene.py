@@ -227,7 +227,10 @@ def _add_hand_pairs(
     kept = {frozenset((i, j)) for i, j in shape_pairs(grasp.problem.hand, tuple(solids.values()))}
     ignored = {frozenset(pair) for pair in grasp.problem.hand.description.collision.ignore}
     mine = [(name, shape.link, shape.joint) for name, shape in solids.items()]
-    mine += [(f"tip_{tip.name}", tip.link, tip.joint) for tip in tips if not tip.is_point]
+    # The ball of a patch is the link's surface there only; elsewhere it may stand out, and the link's solids collide.
+    patches = {frame.name for frame in grasp.problem.frames if frame.patch is not None}
+    whole = (tip for tip in tips if not tip.is_point and tip.name not in patches)
+    mine += [(f"tip_{tip.name}", tip.link, tip.joint) for tip in whole]
     for j, (name, link, joint) in enumerate(mine):
         for i, (other, other_link, other_joint) in enumerate(mine[:j]):
             if j < len(solids) and frozenset((i, j)) not in kept:
