@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -18,7 +17,7 @@ from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord, SearchR
 from ..grasp.joint_rows import joint_rows
 from ..judge.clearance_check import ClearanceKind
 from ..planning.planner import MOST_GRASPS, plan_grasps
-from ..planning.side_contacts import moved_contacts, said_of
+from ..planning.side_contacts import said_of
 from ..planning.trade import task_angle, trade_front, trade_text, traded_grasps
 from ..problem.term import own_costs
 from ..records.grasp_files import grasp_json, grasp_list_json
@@ -72,10 +71,6 @@ def plan(
     problem = problem_from_options(**arguments)
     options = planner_options(arguments)
     check_writable(json_file, picture, trade)
-    moved = moved_contacts(problem, np.random.default_rng(seed))
-    for line in said_of(problem.hand, moved.hand):
-        click.echo(line, err=True)
-    problem = moved
     found: list[Grasp] = []
     to_stdout = str(json_file) == "-"
     # Everything but JSON goes to standard error when JSON has standard output.
@@ -97,6 +92,8 @@ def plan(
             console.print("interrupted")
             sys.exit(EXIT_INTERRUPTED)
     grasp = grasps[0]
+    for line in said_of(problem.hand, grasp.problem.hand):
+        click.echo(line, err=True)
     print_grasp(console, grasp)
     if count > 1:
         console.print(_grasps_table(grasps, count))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from .attempt import Attempt, AttemptSolver
 from .off_stops import off_stops
 from .preparation import search_starts
 from .ranking import FoundGrasps, alike
+from .side_contacts import moved_contacts
 from .starts import GraspStart, standard_start
 
 PATIENCE = 2
@@ -84,6 +85,9 @@ def plan_grasps(
 ) -> tuple[Grasp, ...]:
     """Plan several grasps that differ, the best first.
 
+    Without a first start, contacts derived from a URDF are moved beside the pads of one motor's fingers where these
+    hold nothing (:mod:`grasp_planner.planning.side_contacts`): the hand of the grasps' problem has other contact sets.
+
     Args:
         problem: What is to be planned.
         count: How many, 1 to 100; the search goes on until there are so many or its starts are used up.
@@ -105,7 +109,7 @@ def plan_grasps(
     search = _Search(problem, seed, options or PlannerOptions(), callback, cancel, result_callback, count)
     # The matrices are too small for threads to be of use; several per product make planning many times slower.
     with threadpool_limits(limits=1):
-        search.run(search_starts(problem, np.random.default_rng(seed), start, search.while_preparing))
+        search.run(start)
         return search.best()
 
 
@@ -126,6 +130,7 @@ class _Search:
         self.cancel, self.result_callback = cancel, result_callback
         asked = problem.parameters.force_law == "springs" if options.closing is None else options.closing
         self.closing = asked and max(options.enough, count) > 1  # of one grasp there is nothing to choose
+        self.callback = callback
         self.solver = AttemptSolver(problem, options, callback, self._check_stop)
         self.began = time.perf_counter()
         self.tried = self.evaluations = 0
@@ -145,16 +150,26 @@ class _Search:
             return found.different >= most or found.count >= PATIENCE * most
         return self.count == 1 or len(found.best(self.count, closing=False, most_force=most_force)) == self.count
 
-    def run(self, starts: Iterator[GraspStart]) -> None:
-        """Try starts until enough grasps are found or the search has to end."""
+    def run(self, start: GraspStart | None) -> None:
+        """Try starts, one that is given first, until enough grasps are found or the search has to end."""
         try:
+            if start is None:
+                self._move_contacts()
+            starts = search_starts(self.problem, np.random.default_rng(self.seed), start, self.while_preparing)
             for index in range(self.options.starts):
                 self._try_start(index, next(starts))
                 if self.finished:
                     return
-        except _Stop:  # while the next start was prepared
+        except _Stop:  # while contacts were moved or the next start was prepared
             if self._nearest is None and not self.found.count:
                 self._keep(Attempt.at(0, self.problem, standard_start(self.problem)))
+
+    def _move_contacts(self) -> None:
+        """Go on with contacts beside the pads where these hold nothing."""
+        moved = moved_contacts(self.problem, np.random.default_rng(self.seed), self._check_stop)
+        if moved is not self.problem:
+            self.problem = moved
+            self.solver = AttemptSolver(moved, self.options, self.callback, self._check_stop)
 
     def while_preparing(self) -> None:
         """Count an evaluation spent on a start to come, and leave if the search has to end."""

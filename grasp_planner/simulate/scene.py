@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..collision.link_shapes import LinkShape
+from ..collision.link_shapes import LinkShape, shape_pairs
 from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..model.contact_model import CONTACT_MODELS, Frictionless, HardFinger, SoftFinger
@@ -217,13 +217,23 @@ def _add_hand_pairs(
     protocol: Protocol,
     touch: _Touch,
 ) -> None:
-    """Add the pairs within the hand that its description does not ignore; spherical fingertips count, points do not."""
+    """Add the pairs within the hand that its description does not ignore; spherical fingertips count, points do not.
+
+    What stands for two meshes and overlaps with the hand at rest would push them apart though the meshes are clear: as
+    in the search it does not collide.
+    """
     if protocol.geometry == "contacts":
         return
+    kept = {frozenset((i, j)) for i, j in shape_pairs(grasp.problem.hand, tuple(solids.values()))}
     ignored = {frozenset(pair) for pair in grasp.problem.hand.description.collision.ignore}
     mine = [(name, shape.link, shape.joint) for name, shape in solids.items()]
-    mine += [(f"tip_{tip.name}", tip.link, tip.joint) for tip in tips if not tip.is_point]
+    # The ball of a patch is the link's surface there only; elsewhere it may stand out, and the link's solids collide.
+    patches = {frame.name for frame in grasp.problem.frames if frame.patch is not None}
+    whole = (tip for tip in tips if not tip.is_point and tip.name not in patches)
+    mine += [(f"tip_{tip.name}", tip.link, tip.joint) for tip in whole]
     for j, (name, link, joint) in enumerate(mine):
-        for other, other_link, other_joint in mine[:j]:
+        for i, (other, other_link, other_joint) in enumerate(mine[:j]):
+            if j < len(solids) and frozenset((i, j)) not in kept:
+                continue
             if joint != other_joint and link != other_link and frozenset((link, other_link)) not in ignored:
                 _add_pair(contact, other, name, protocol, touch)

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import coal
 import numpy as np
+from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from ..collision.link_shapes import LinkShape, link_shapes
 from ..grasp.grasp import Grasp
+from ..hand.hull_fit import hull_of
 from ..spatial import Array
 
 POINT_RADIUS = 5e-4
@@ -62,17 +65,32 @@ def fingertips(grasp: Grasp) -> tuple[Tip, ...]:
 def colliding_solids(grasp: Grasp, tips: tuple[Tip, ...]) -> tuple[LinkShape, ...]:
     """Return the solids of a hand that collide besides its fingertips.
 
-    A ball inside a fingertip is left out; a solid that holds one is made thinner by :data:`PATCH_INSET`.
+    A ball inside a fingertip is left out; a solid that holds one, or the hull of a mesh whose surface one is, is made
+    thinner by :data:`PATCH_INSET`.
     """
     kept = []
+    patches = {frame.joint_id for frame in grasp.problem.frames if frame.patch is not None}
     for shape in link_shapes(grasp.problem.hand):
         mine = [tip for tip in tips if tip.joint == shape.joint and not tip.is_point]
         if any(_lies_in(shape, tip) for tip in mine):
             continue
         if any(shape.holds(tip.centre, tip.radius - COMPRESSION - ROUNDING) for tip in mine):
             shape = replace(shape, radius=shape.radius - PATCH_INSET)
+        if shape.joint in patches and isinstance(shape.geometry, coal.ConvexBase):
+            shape = _thinner(shape)
         kept.append(shape)
     return tuple(kept)
+
+
+def _thinner(shape: LinkShape) -> LinkShape:
+    """Return a hull with every face moved inwards by :data:`PATCH_INSET`; a hull too thin for that as it is."""
+    points = np.array(shape.geometry.points(), dtype=float)
+    walls = ConvexHull(points).equations + np.array([0.0, 0.0, 0.0, PATCH_INSET])
+    try:
+        inner = HalfspaceIntersection(walls, points.mean(axis=0)).intersections
+    except QhullError:
+        return shape
+    return replace(shape, geometry=hull_of(inner).geometry())
 
 
 def _lies_in(shape: LinkShape, tip: Tip) -> bool:

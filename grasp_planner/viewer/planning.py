@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from ..grasp.grasp import Grasp, IterationRecord, SearchReport
+from ..hand.description import ContactDescription
+from ..hand.skin import with_contact_sets
 from ..planning.planner import plan_grasps
 from ..planning.starts import GraspStart
 from ..problem.problem import GraspProblem
@@ -30,8 +32,10 @@ FUNCTION = JobFunction("grasp_planner.viewer.planning:searcher")
 """What plans in the worker process."""
 
 SearchEnd = Literal["done", "cancelled", "failed"]
-Content = tuple[Array, Array, Array, Array | None, SearchReport]
-"""What of a grasp is sent between the processes: q, palm pose, δσ, contact forces, how it was found."""
+ContactSets = dict[str, dict[str, ContactDescription]]
+Content = tuple[Array, Array, Array, Array | None, SearchReport, ContactSets]
+"""What of a grasp is sent between the processes: q, palm pose, δσ, contact forces, how it was found, the contacts of
+its hand, which the search may have moved."""
 
 
 @dataclass(frozen=True)
@@ -235,10 +239,13 @@ def _content(grasp: Grasp) -> Content:
     """Return what of a grasp is sent: not its problem, which the other side has."""
     assert grasp.search is not None
     search = replace(grasp.search, history=())
-    return grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, grasp.contact_forces, search
+    placed = grasp.joint_angles, grasp.palm_pose.homogeneous, grasp.delta_sigma, grasp.contact_forces
+    return *placed, search, grasp.problem.hand.description.contact_sets
 
 
 def _grasp(problem: GraspProblem, content: Content) -> Grasp:
     """Return the grasp that was sent."""
-    q, pose, delta_sigma, forces, search = content
+    q, pose, delta_sigma, forces, search, contact_sets = content
+    if contact_sets != problem.hand.description.contact_sets:
+        problem = replace(problem, hand=with_contact_sets(problem.hand, contact_sets))
     return Grasp(problem, q, Pose.of(pose), delta_sigma, forces, search)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+import tomllib
+from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from click.testing import CliRunner
 
@@ -12,6 +15,7 @@ import grasp_planner as gp
 from grasp_planner.cli.main import main
 from grasp_planner.hand.check import check_hand
 from grasp_planner.hand.couplings import couple
+from grasp_planner.hand.description import HandDescription
 from grasp_planner.hand.loading import loaded_hand
 from grasp_planner.hand.proposal import proposed_description
 
@@ -42,6 +46,32 @@ def test_a_coupling_takes_the_place_of_a_mimic(tmp_path):
     expected = {"thumb_inner": 0.2, "thumb_outer": 0.3, "left_inner": 0.4, "left_outer": 0.3, "right_outer": 0.6}
     assert angles == pytest.approx(expected)
     assert any("right_outer" in line and "itself a mimic" in line for line in hand.findings)
+
+
+def test_the_recipes_of_the_guide_are_descriptions(tmp_path):
+    """Each block, put into a description, is read as it stands."""
+    guide = (Path(__file__).parents[2] / "docs/extend/hand.md").read_text(encoding="utf-8")
+    recipes = guide.partition("## Recipes for couplings")[2].partition("\n## ")[0]
+    plain = tomllib.loads(proposed_description(check_hand(write_hand(tmp_path, "tendon"))))
+    blocks = [tomllib.loads(text) for text in re.findall(r"```toml\n(.*?)```", recipes, re.DOTALL)]
+    assert len(blocks) == 2
+    for block in blocks:
+        HandDescription.model_validate(plain | block)
+
+
+def test_a_finger_that_keeps_its_last_link_parallel(tmp_path):
+    """The recipe of the Robotiq 3-finger on a hand of two hinges a finger: the last link doesn't turn."""
+    lines = "\n".join(
+        f'{name}_outer = {{ joint = "{name}_inner", ratio = -1.0 }}' for name in ("thumb", "left", "right")
+    )
+    hand = gp.load_hand(described(tmp_path, lines, INNER))
+    assert hand.n_joints == 3
+    turned = []
+    for q in (hand.lower, hand.upper):
+        data = hand.model.createData()
+        pin.forwardKinematics(hand.model, data, hand.full_configuration(q))
+        turned.append(data.oMi[hand.model.getJointId("thumb_outer")].rotation)
+    np.testing.assert_allclose(turned[0], turned[1], atol=1e-12)
 
 
 def test_a_table_is_taken_as_a_line_and_says_how_far_it_is_off(tmp_path):

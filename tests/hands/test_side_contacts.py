@@ -18,6 +18,7 @@ from grasp_planner.hand.skin import Skin
 from grasp_planner.planning.side_contacts import moved_contacts, said_of
 from grasp_planner.records.grasp_files import parse_grasp_record
 from grasp_planner.records.grasp_record import grasp_record
+from grasp_planner.viewer.planning import _content, _grasp
 
 from .small_hands import write_hand
 
@@ -109,6 +110,15 @@ def test_a_file_keeps_the_contacts_that_were_moved(path, moved):
         assert again.problem.frames == moved.frames
         assert again.problem.frames != gp.load_hand(path).contact_frames()
         assert grasp_record(again).hand_source == grasp_record(grasp).hand_source
+
+
+@pytest.mark.slow
+def test_every_door_of_the_planner_moves_contacts(problem):
+    """What Python plans has the moved contacts, from the same seed; what the page is sent has them too."""
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    assert grasp.feasible
+    assert grasp.problem.frames == moved_contacts(problem, np.random.default_rng(0)).frames != problem.frames
+    assert _grasp(problem, _content(grasp)).problem.frames == grasp.problem.frames
 
 
 @pytest.mark.slow

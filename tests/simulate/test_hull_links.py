@@ -5,11 +5,17 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.spatial import ConvexHull
 
 import grasp_planner as gp
-from grasp_planner.collision.link_shapes import LinkShape
+from grasp_planner.collision.link_shapes import LinkShape, shape_pairs
 from grasp_planner.hand.hull_fit import fit_hull
+from grasp_planner.hand.loading import loaded_hand
+from grasp_planner.planning.starts import standard_start
 from grasp_planner.simulate.mjcf_hand import add_shape, joint_axis, mesh_vertices, slides
+from grasp_planner.simulate.protocol import PLAN
+from grasp_planner.simulate.scene import build_scene
+from grasp_planner.simulate.tips import PATCH_INSET, _thinner, colliding_solids, fingertips
 
 from ..hands.small_hands import write_hand
 
@@ -45,6 +51,28 @@ def test_a_hull_is_simulated_as_the_mesh_of_its_corners(hull):
     body = ElementTree.Element("body")
     add_shape(body, "solid", solid)
     assert [(geom.get("type"), geom.get("mesh")) for geom in body] == [("mesh", "mesh_solid")]
+
+
+def test_a_hull_that_carries_a_patch_is_thinner_on_every_side(hull):
+    """Every face is moved inwards by the inset, so that the ball of the contact touches first."""
+    _, solid = hull
+    before, after = mesh_vertices(solid), mesh_vertices(_thinner(solid))
+    outside = ConvexHull(before).equations
+    depths = -(after @ outside[:, :3].T + outside[:, 3])
+    assert depths.min() == pytest.approx(PATCH_INSET, abs=1e-9)
+
+
+def test_hulls_that_overlap_at_rest_do_not_push_each_other(tmp_path):
+    """The simulated pairs of solids are those that the search keeps apart."""
+    loaded = loaded_hand(write_hand(tmp_path, "flat_pads"))
+    problem = gp.GraspProblem(loaded.hand, gp.parse_object(loaded.first_object))
+    start = standard_start(problem)
+    grasp = gp.Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+    solids = colliding_solids(grasp, fingertips(grasp))
+    wanted = {frozenset(f"solid_{k}_{solids[k].name}" for k in pair) for pair in shape_pairs(problem.hand, solids)}
+    xml = ElementTree.fromstring(build_scene(grasp, PLAN).xml)
+    pairs = (frozenset((pair.get("geom1"), pair.get("geom2"))) for pair in xml.iter("pair"))
+    assert {pair for pair in pairs if all(name.startswith("solid_") for name in pair)} == wanted
 
 
 def test_a_joint_that_slides_has_the_axis_it_slides_along(tmp_path):
