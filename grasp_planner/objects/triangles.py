@@ -97,22 +97,24 @@ def normal_spread(mesh: trimesh.Trimesh, points: Array, radius: float) -> Array:
     for k, point in enumerate(points):
         around = np.flatnonzero(((low <= point + radius) & (high >= point - radius)).all(axis=1) & sized)
         near = _near(mesh, around, point, radius)
-        spread[k] = _widest_angle(mesh, near) if np.isfinite(point).all() else np.nan
+        spread[k] = _widest_angle(mesh.face_normals[near]) if np.isfinite(point).all() else np.nan
         if spread[k] > EVEN:
-            spread[k] = _widest_angle(mesh, _near(mesh, _outer(mesh, near, point, radius), point, radius))
+            sides = _sides(mesh, near, point, radius)
+            outer = _near(mesh, near[sides != 0], point, radius)
+            spread[k] = _widest_angle(mesh.face_normals[outer] * sides[np.searchsorted(near, outer), None])
     return spread
 
 
-def _widest_angle(mesh: trimesh.Trimesh, faces: Indices) -> float:
-    """Return the widest angle between normals of faces [rad]."""
-    normals = mesh.face_normals[faces]
+def _widest_angle(normals: Array) -> float:
+    """Return the widest angle between unit normals, of shape (n, 3) [rad]."""
     return float(np.arccos(np.clip(normals @ normals.T, -1.0, 1.0).min(initial=1.0)))
 
 
-def _outer(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -> Indices:
-    """Return those faces that have the solid on one side only near a point.
+def _sides(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -> Indices:
+    """Return for each face whether its normal points out of the solid near a point, 1, into it, −1, or neither, 0.
 
-    Where a solid folds over itself, triangles inside have it on both sides: no finger meets them.
+    Where a solid folds over itself, triangles inside have it on both sides: no finger meets them. Where folds lie on
+    each other in one plane, some of those that make the surface are turned the other way.
     """
     import trimesh
 
@@ -122,7 +124,7 @@ def _outer(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -
     looked = closest + inwards * np.minimum(1.0, 0.1 * radius / np.maximum(length, 1e-12))
     step = BESIDE * radius * mesh.face_normals[faces]
     inside = winding_number(mesh, np.vstack([looked + step, looked - step])).reshape(2, -1) > 0.5
-    return faces[inside[0] != inside[1]]
+    return inside[1].astype(np.intp) - inside[0]
 
 
 def _near(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -> Indices:

@@ -103,6 +103,15 @@ def test_triangles_inside_are_no_edges(turned):
     assert spread[1] == pytest.approx(np.pi / 2)
 
 
+def test_folds_in_the_plane_of_the_surface_are_no_edges():
+    """A triangle there and back and there again is one."""
+    box = trimesh.creation.box((0.04, 0.04, 0.04))
+    top = np.flatnonzero(box.face_normals[:, 2] > 0.9)
+    faces = np.vstack([box.faces, box.faces[top][:, ::-1], box.faces[top]])
+    solid = trimesh.Trimesh(box.vertices, faces, process=False)
+    assert normal_spread(solid, np.array([[0.004, 0.001, 0.02]]), FOOTPRINT)[0] == pytest.approx(0.0, abs=1e-6)
+
+
 def test_normals_under_a_footprint_of_closed_forms():
     """On the middle of a face none; on a rounded edge 45° to both sides; near it what reaches into the rounding."""
     box = gp.Box(x=0.04, y=0.06, z=0.08, edge=0.001)
