@@ -160,7 +160,7 @@ def holding(
         internal=internal,
         jacobian=jacobian,
         friction=problem.friction,
-        max_normal=problem.loads.max_normal_force or problem.hand.max_normal_force,
+        max_normal=min(problem.loads.max_normal_force or problem.hand.max_normal_force, problem.max_normal_force),
         torque_limits=problem.hand.torque_limits,
     )
 

@@ -131,9 +131,8 @@ class GraspObject(Value, ABC):
         """Radius of the sharpest edges that a finger may meet [m]; infinite for none, 0 for those of triangles."""
         return float("inf")
 
-    @property
-    def max_normal_force(self) -> float:
-        """Largest normal force of a contact that it bears [N]; infinite unless told."""
+    def bearable_force(self, radius: float) -> float:
+        """Return the largest normal force that it bears under a fingertip of a radius [m]; infinite unless told [N]."""
         return float("inf")
 
     @property

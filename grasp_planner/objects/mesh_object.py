@@ -17,6 +17,7 @@ from ..values import exact_text
 from .base import MASSES, GraspObject, SurfaceSample
 from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid, zone_of
 from .patches import opposed_patches
+from .pressure_limit import PressureLimit
 from .triangles import NearestPoints, nearest_points, normal_spread
 from .zone import Zone
 
@@ -39,6 +40,7 @@ class MeshObject(GraspObject):
         size: Factor by which the solid is larger than loaded.
         max_normal_force: Largest normal force of a contact that it bears [N].
         zones: Where it may be touched, and where not.
+        pressure_limit: Largest pressure of a contact that it bears; None for no limit.
     """
 
     kind: ClassVar[str] = "mesh"
@@ -48,6 +50,7 @@ class MeshObject(GraspObject):
     size: float = 1.0
     max_normal_force: float = np.inf
     zones: tuple[Zone, ...] = ()
+    pressure_limit: PressureLimit | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.loaded, MeshSolid):
@@ -74,6 +77,9 @@ class MeshObject(GraspObject):
         densities: tuple[float, ...] = (),
         up: str = "z",
         max_normal: float | None = None,
+        max_pressure: float | None = None,
+        modulus: float | None = None,
+        curvature_radius: float | None = None,
         region: str | None = None,
         forbid: str | None = None,
         size: float = 1.0,
@@ -93,6 +99,9 @@ class MeshObject(GraspObject):
                 and the mass if none is given.
             up: Axis of the file, x, y or z, that becomes z of its frame.
             max_normal: Largest normal force of a contact [N], of what is soft or breaks; None for no limit of its own.
+            max_pressure: Largest pressure in the middle of a contact [Pa], see :class:`PressureLimit`, as the next two.
+            modulus: Contact modulus of object and fingertip [Pa].
+            curvature_radius: Smallest radius of curvature where it is touched [m]; None for flat.
             region: Where alone it may be touched, as :meth:`Zone.parse` reads it, or a named part of the file; None for
                 anywhere.
             forbid: Where it may not be touched.
@@ -118,7 +127,8 @@ class MeshObject(GraspObject):
         if density is not None:
             mass = positive("object mesh.density", density, unit="kg/m³") * loaded.volume * size**3
         mass, limit = DEFAULT_MASS if mass is None else mass, np.inf if max_normal is None else max_normal
-        return cls(loaded, mass, size, limit, zones)
+        soft = PressureLimit.of_keys(max_pressure, modulus, curvature_radius)
+        return cls(loaded, mass, size, limit, zones, soft)
 
     @property
     def path(self) -> str:
@@ -142,7 +152,8 @@ class MeshObject(GraspObject):
 
     def resized(self, factor: float) -> MeshObject:
         """Return the same solid with every size multiplied by a factor, and the same mass."""
-        return replace(self, size=factor * self.size)
+        soft = None if self.pressure_limit is None else self.pressure_limit.resized(factor)
+        return replace(self, size=factor * self.size, pressure_limit=soft)
 
     def coal_geometry(self) -> Any:
         """Return the triangles as a coal geometry."""
@@ -162,6 +173,11 @@ class MeshObject(GraspObject):
     def edge_radius(self) -> float:
         """Triangles have sharp edges."""
         return 0.0
+
+    def bearable_force(self, radius: float) -> float:
+        """Return the largest normal force that it bears; see the base class."""
+        by_pressure = np.inf if self.pressure_limit is None else self.pressure_limit.largest_force(radius)
+        return min(self.max_normal_force, by_pressure)
 
     def nearest(self, points: Array) -> NearestPoints:
         """Return the nearest points of the triangles themselves; see the base class."""
@@ -234,7 +250,7 @@ class MeshObject(GraspObject):
     def text_keys(cls) -> tuple[str, ...]:
         """Return the keys of the text form: the arguments of :meth:`load`."""
         sizes = ("path", "scale", "mass", "density", "resolution", "repair", "shell", "com", "densities")
-        return (*sizes, "up", "max_normal", "region", "forbid", "size")
+        return (*sizes, "up", "max_normal", "max_pressure", "modulus", "curvature_radius", "region", "forbid", "size")
 
     @classmethod
     def of_values(cls, values: dict[str, Any]) -> MeshObject:
@@ -257,6 +273,8 @@ class MeshObject(GraspObject):
             parts.append("densities=" + ",".join(exact_text(each) for each in self.loaded.densities))
         if self.max_normal_force < np.inf:
             parts.append(f"max_normal={exact_text(self.max_normal_force)}")
+        if self.pressure_limit is not None:
+            parts.append(self.pressure_limit.text)
         parts += [f"{zone.key}={zone.text}" for zone in self.zones]
         if self.loaded.com_given:
             parts.append("com=" + ",".join(exact_text(x) for x in -self.loaded.file_origin))

@@ -23,6 +23,10 @@ FEW, CELL_SIZES = 1000, 6
 """Points up to which each has a winding number of its own, and how many sizes of cells share one otherwise."""
 TOUCHING = 1e-4
 """Distance below which the direction to the nearest point says nothing and the triangle's normal is taken [m]."""
+EVEN = float(np.radians(10.0))
+"""Spread of normals up to which it does not matter whether triangles lie inside the solid [rad]."""
+BESIDE = 0.02
+"""How far beside a triangle the solid is looked for, in shares of the footprint."""
 SLIVER = 1e-3
 """Triangles of less area than this share of the footprint's square have no normal to speak of."""
 
@@ -92,13 +96,38 @@ def normal_spread(mesh: trimesh.Trimesh, points: Array, radius: float) -> Array:
     spread = np.zeros(len(points))
     for k, point in enumerate(points):
         around = np.flatnonzero(((low <= point + radius) & (high >= point - radius)).all(axis=1) & sized)
-        normals = mesh.face_normals[_patch(mesh, around, point, radius)]
-        cosines = np.clip(normals @ normals.T, -1.0, 1.0)
-        spread[k] = np.arccos(cosines.min(initial=1.0)) if np.isfinite(point).all() else np.nan
+        near = _near(mesh, around, point, radius)
+        spread[k] = _widest_angle(mesh.face_normals[near]) if np.isfinite(point).all() else np.nan
+        if spread[k] > EVEN:
+            sides = _sides(mesh, near, point, radius)
+            outer = _near(mesh, near[sides != 0], point, radius)
+            spread[k] = _widest_angle(mesh.face_normals[outer] * sides[np.searchsorted(near, outer), None])
     return spread
 
 
-def _patch(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -> Indices:
+def _widest_angle(normals: Array) -> float:
+    """Return the widest angle between unit normals, of shape (n, 3) [rad]."""
+    return float(np.arccos(np.clip(normals @ normals.T, -1.0, 1.0).min(initial=1.0)))
+
+
+def _sides(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -> Indices:
+    """Return for each face whether its normal points out of the solid near a point, 1, into it, −1, or neither, 0.
+
+    Where a solid folds over itself, triangles inside have it on both sides: no finger meets them. Where folds lie on
+    each other in one plane, some of those that make the surface are turned the other way.
+    """
+    import trimesh
+
+    closest = trimesh.triangles.closest_point(mesh.triangles[faces], np.tile(point, (len(faces), 1)))
+    inwards = mesh.triangles_center[faces] - closest  # off the border, where others begin
+    length = np.linalg.norm(inwards, axis=1, keepdims=True)
+    looked = closest + inwards * np.minimum(1.0, 0.1 * radius / np.maximum(length, 1e-12))
+    step = BESIDE * radius * mesh.face_normals[faces]
+    inside = winding_number(mesh, np.vstack([looked + step, looked - step])).reshape(2, -1) > 0.5
+    return inside[1].astype(np.intp) - inside[0]
+
+
+def _near(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -> Indices:
     """Return those faces within a radius of a point that hang together with the nearest one."""
     import trimesh
     from scipy.sparse import coo_array

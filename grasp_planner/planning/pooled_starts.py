@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..model.force_closure import force_closure_margin
 from ..multistart.pool import Pool
 from ..multistart.problem_rows import BatchedProblem
 from ..multistart.states import States
@@ -33,8 +34,8 @@ def pooled_starts(
         check: Called for every state evaluated; may raise to stop.
 
     Yields:
-        Starts, without end; after every round that finds nothing those that came nearest, or if none came near, a
-        random one as it is.
+        Starts, without end; after every round that finds nothing force-closed those that came nearest, or if none came
+        near, a random one as it is.
     """
     batched = BatchedProblem(problem)
     waiting = [standard_start(problem)]
@@ -44,15 +45,24 @@ def pooled_starts(
         return pressing_states(batched, starts)
 
     while True:
-        pool = Pool(batched, WIDTH)
+        pool, closed = Pool(batched, WIDTH), 0
         for found in pool.search(make, ROUND, check):
-            yield start_of(found, problem.n_synergies)
-        if pool.count.found:
+            if force_closed(batched, found):
+                closed += 1
+                yield start_of(found, problem.n_synergies)
+        if closed:
             continue
         for _, near in pool.nearest:
             yield start_of(near, problem.n_synergies)
         if not pool.nearest:
             yield random_start(problem, rng)
+
+
+def force_closed(batched: BatchedProblem, found: States) -> bool:
+    """Return whether the contacts of a batch of one are force-closed; those under a book on a hand are not."""
+    contacts, problem = batched.contacts(found), batched.problem
+    points = contacts.points[0]
+    return force_closure_margin(points, contacts.normals[0], problem.friction, problem.contact_model) > 0.0
 
 
 def pressing_states(batched: BatchedProblem, starts: Sequence[GraspStart]) -> States:

@@ -129,7 +129,7 @@ class GraspProblem(Value):
             raise InvalidValueError(
                 "loads.min_normal_force",
                 self.loads.min_normal_force,
-                f"less than the largest, {self.max_normal_force:g} N",
+                f"less than the largest, {self.max_normal_force:g} N by load cases, the hand or the object",
             )
         if not self.grasp_object.size_doubted and (message := size_warning(self.hand, self.frames, self.grasp_object)):
             warnings.warn(message, ObjectSizeWarning, stacklevel=3)
@@ -257,7 +257,7 @@ class GraspProblem(Value):
         limit = self.loads.max_normal_force
         if limit is None:
             limit = self.hand.max_normal_force if self.loads.hand_limits else np.inf
-        return min(limit, self.grasp_object.max_normal_force)
+        return min(limit, *(self.grasp_object.bearable_force(radius) for radius in self.radii))
 
     @cached_property
     def torque_limits(self) -> Array:

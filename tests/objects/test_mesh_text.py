@@ -30,9 +30,11 @@ def path(tmp_path_factory):
 
 def test_everything_is_read_back(path):
     """Names of files with commas, lists of numbers, hyphens of keys."""
-    told = "up=y,max-normal=5,region=box,-1,-1,-1,1,1,1,forbid=sphere,0,0,0,0.01,com=0.001,-0.06,0"
+    soft = "max_pressure=20000,modulus=150000,curvature_radius=0.04"
+    zones = "region=box,-1,-1,-1,1,1,1,forbid=sphere,0,0,0,0.01,com=0.001,-0.06,0"
+    told = f"up=y,max-normal=5,{soft.replace('_p', '-p')},{zones}"
     thing = gp.parse_object(f"mesh:{path},{COARSE},{told},mass=0.3")
-    assert thing.text.endswith("max_normal=5,region=box,-1,-1,-1,1,1,1,forbid=sphere,0,0,0,0.01,com=0.001,-0.06,0")
+    assert thing.text.endswith(f"max_normal=5,{soft},{zones}")
     assert gp.parse_object(thing.text) == thing
     assert thing != gp.parse_object(f"mesh:{path},{COARSE},mass=0.3")
 
@@ -44,6 +46,12 @@ def test_everything_is_read_back(path):
         "up=w",
         "max_normal=0",
         "max_normal=nan",
+        "max_pressure=1e4",
+        "modulus=1e5",
+        "curvature_radius=0.01",
+        "max_pressure=0,modulus=1e5",
+        "modulus=nan,max_pressure=1e4",
+        "curvature_radius=0,max_pressure=1e4,modulus=1e5",
         "region=cone,0,0,0",
         "region=box,0,0,0,1,1",
         "region=box,0,0,0,1,-1,1",

@@ -85,6 +85,33 @@ def test_normals_under_a_footprint():
     assert 0.0 < normal_spread(ball, ball.triangles_center[:1], 1e-3)[0] < 2 * 3e-3 / 0.02
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_triangles_inside_are_no_edges(turned):
+    """A tetrahedron inside a box that hangs on a corner of its top is met by no finger; cut out of it, it is a hole."""
+    box = trimesh.creation.box((0.04, 0.04, 0.04)).subdivide()
+    middle = np.array([0.0, 0.0, 0.02])
+    low = np.array([[-0.004, -0.004, 0.01], [0.004, -0.004, 0.01], [0.0, 0.005, 0.01]])
+    inner = trimesh.convex.convex_hull(np.vstack([middle, low]))
+    if turned:
+        inner.invert()
+    solid = trimesh.Trimesh(
+        np.vstack([box.vertices, inner.vertices]), np.vstack([box.faces, inner.faces + len(box.vertices)])
+    )
+    assert len(solid.vertices) == len(box.vertices) + 3
+    spread = normal_spread(solid, np.array([middle, [0.02, 0.0, 0.02]]), FOOTPRINT)
+    assert (spread[0] > 1.0) == turned
+    assert spread[1] == pytest.approx(np.pi / 2)
+
+
+def test_folds_in_the_plane_of_the_surface_are_no_edges():
+    """A triangle there and back and there again is one."""
+    box = trimesh.creation.box((0.04, 0.04, 0.04))
+    top = np.flatnonzero(box.face_normals[:, 2] > 0.9)
+    faces = np.vstack([box.faces, box.faces[top][:, ::-1], box.faces[top]])
+    solid = trimesh.Trimesh(box.vertices, faces, process=False)
+    assert normal_spread(solid, np.array([[0.004, 0.001, 0.02]]), FOOTPRINT)[0] == pytest.approx(0.0, abs=1e-6)
+
+
 def test_normals_under_a_footprint_of_closed_forms():
     """On the middle of a face none; on a rounded edge 45° to both sides; near it what reaches into the rounding."""
     box = gp.Box(x=0.04, y=0.06, z=0.08, edge=0.001)
