@@ -24,8 +24,9 @@ from grasp_planner.studies.study_margins import (
     least_push,
     static_margins,
 )
+from grasp_planner.studies.study_rows import StudyRow
 from grasp_planner.studies.study_statistics import prediction, roc_curve
-from grasp_planner.studies.synergy_study import StudyRow, StudySettings, load_study, run_study, study_case
+from grasp_planner.studies.synergy_study import StudySettings, load_study, run_study, study_case
 from grasp_planner.studies.synergy_study_page import count_rows, prediction_rows, rest_rows, write_study
 from grasp_planner.studies.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
 from tests.stored import stored

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.analysis.off_plan import Errors, off_plan, resized
 from grasp_planner.closing.path import free_posture, reference_path
 from grasp_planner.simulate import (
     PROTOCOLS,
@@ -20,7 +21,6 @@ from grasp_planner.simulate import (
     survival,
 )
 from grasp_planner.simulate.gate import check_posture
-from grasp_planner.simulate.off_plan import Errors, off_plan, resized
 
 
 def test_a_squeezed_grasp_holds(held, tips_only):
