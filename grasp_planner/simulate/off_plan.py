@@ -12,6 +12,7 @@ import numpy as np
 
 from ..analysis.off_plan import Errors, off_plan
 from ..checks import positive_whole
+from ..closing.path import ReferencePath
 from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from .protocol import PROTOCOLS, Protocol
@@ -86,6 +87,20 @@ def survival(grasp: Grasp, *, seed: int = 0, samples: int = 4) -> tuple[Survival
                 return tuple(Survival(each, 0, 0, found.verdict) for each in ROWS)
         rows.append(Survival(name, survived, count, worst))
     return *rows, _from_table(grasp)
+
+
+def simulated_loss(grasp: Grasp, path: ReferencePath) -> str | None:
+    """Return why a hand that closes around the free object loses it in simulation; None if it holds six pushes.
+
+    Judges for :func:`grasp_planner.analysis.closing_tolerances`.
+
+    Args:
+        grasp: The grasp, its palm or its object off the plan.
+        path: The references that were planned.
+    """
+    protocol = replace(PROTOCOLS["free"], gate=GATE, torques=False, force=grasp.problem.loads.force or 1.0)
+    found = simulate_grasp(grasp, protocol, ladder=False, path=path)
+    return None if found.passed else found.verdict.partition(": ")[2]
 
 
 def _from_table(grasp: Grasp) -> Survival:
