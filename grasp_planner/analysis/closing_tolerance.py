@@ -3,7 +3,7 @@
 One thing is off at a time. The hand goes through the references of the plan, by the quasi-static closing of
 :mod:`grasp_planner.closing`, and then has to hold pushes as strong as its load cases, 1 N without them; of a plan that
 closing asks for half as much more, which is what errors use up. Simulation can judge instead
-(:func:`grasp_planner.simulate.simulated_loss`); statics is the stricter, as it counts whatever it can't follow as lost.
+(:func:`grasp_planner.simulate.simulated_loss`); the two differ, and neither is always the stricter.
 The palm is off along random directions, in which the worst one counts.
 """
 
