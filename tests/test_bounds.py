@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.analysis.off_plan import Errors
 from grasp_planner.batch import ResultsError, SpecError, parse_spec, read_spec
 from grasp_planner.batch.expand import CaseTable
 from grasp_planner.cli.batch import parse_rows
@@ -16,7 +17,6 @@ from grasp_planner.exceptions import FileFormatError, InvalidValueError
 from grasp_planner.files.reading import opened_file, read_bounded
 from grasp_planner.objects import parse_object
 from grasp_planner.objects.mesh_file import read_solid
-from grasp_planner.simulate.off_plan import Errors
 from grasp_planner.simulate.protocol import PLAN
 from grasp_planner.terms.costs import TaskIndex
 from grasp_planner.terms.objective import Objective

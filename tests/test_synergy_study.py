@@ -15,8 +15,10 @@ from grasp_planner.batch.run_files import part_files, read_run_info
 from grasp_planner.cli.main import main
 from grasp_planner.cli.options import parse_counts, parse_names
 from grasp_planner.judge.margins import UNBOUNDED
-from grasp_planner.simulate import find_protocol, simulate_grasp
+from grasp_planner.simulate import Survival, find_protocol, simulate_grasp
+from grasp_planner.simulate.off_plan import ROWS as ROW_NAMES
 from grasp_planner.studies.study_margins import (
+    CLOSING_MARGINS,
     MARGINS,
     grasp_as_simulated,
     joint_spring_stiffness,
@@ -24,8 +26,16 @@ from grasp_planner.studies.study_margins import (
     least_push,
     static_margins,
 )
+from grasp_planner.studies.study_rows import StudyRow
 from grasp_planner.studies.study_statistics import prediction, roc_curve
-from grasp_planner.studies.synergy_study import StudyRow, StudySettings, load_study, run_study, study_case
+from grasp_planner.studies.survival_tables import (
+    SURVIVAL_COLUMNS,
+    certificate_rows,
+    rank_correlation,
+    survival_rows,
+    survived_share,
+)
+from grasp_planner.studies.synergy_study import StudySettings, load_study, run_study, study_case
 from grasp_planner.studies.synergy_study_page import count_rows, prediction_rows, rest_rows, write_study
 from grasp_planner.studies.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
 from tests.stored import stored
@@ -88,6 +98,75 @@ def test_tables_of_known_rows():
     assert (error, worst_error, right) == ("1.0 %", "lost", "75")
     assert (feasible_share(rows), passed_share(rows), median_load(rows)) == (5 / 6, 1 / 5, pytest.approx(0.7))
     assert math.isnan(feasible_share([]))
+
+
+def survived(*counts):
+    """Rows of survival, a pair of survived and tried for the first rows, one each for the others."""
+    given = dict(zip(ROW_NAMES, counts, strict=False))
+    return tuple(Survival(name, *given.get(name, (1, 1)), "") for name in ROW_NAMES)
+
+
+def test_what_closing_survives_is_counted_by_row_and_hands_through_a_table_apart():
+    settings = StudySettings(object_kinds=("sphere",), counts=(3,), problems=3, errors=2)
+    rows = [
+        replace(ROWS[0], survival=survived((1, 1), (1, 2))),
+        replace(ROWS[1], survival=(*survived((0, 1), (2, 2))[:-1], Survival(ROW_NAMES[-1], 0, 0, "through it"))),
+        NONE,
+    ]
+    ((*name, found, planned, palm, radius, _, _, _, _, table, untried),) = survival_rows(rows, settings)
+    assert (name, found) == (["native", "sphere", "3"], "2")
+    assert (planned, palm, radius, table, untried) == ("1/2", "3/4", "2/2", "1/1", "1")
+    assert len(SURVIVAL_COLUMNS) == 4 + len(ROW_NAMES) + 1
+    assert survived_share(rows[0]) == pytest.approx(8 / 9)
+    assert survived_share(NONE) is None
+
+
+def test_the_certificate_is_ranked_against_what_survives():
+    name = next(iter(CLOSING_MARGINS))
+    rows = [
+        made_up(0.5 + k, 1.0, k, margins={name: float(k)}, survival=survived(*[(1, 1)] * k, *[(0, 1)] * (8 - k)))
+        for k in range(9)
+    ]
+    cells = {row[0]: row[1:] for row in certificate_rows(rows)}[name]
+    assert cells[:2] == ["9", "9"]
+    assert [text[:5] for text in cells[2:4]] == ["+1.00", "+1.00"]
+    assert cells[4:] == ["11 %", "1.00"]
+    same = [replace(row, survival=survived()) for row in rows]
+    cells = {row[0]: row[1:] for row in certificate_rows(same)}[name]
+    assert cells[3:] == ["undefined", "100 %", "undefined"]
+    assert certificate_rows([])[0][1] == "0"
+
+
+def test_rank_correlation_gives_ties_their_mean_rank():
+    assert rank_correlation([1.0, 2.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0]).rho == pytest.approx(0.9487, abs=1e-4)
+    assert rank_correlation([1.0, 1.0, 1.0], [1.0, 2.0, 3.0]).text == "undefined"
+
+
+def test_a_grasp_that_does_not_rest_has_the_least_certificate(planned, monkeypatch):
+    lost = replace(planned.closing, displacement=np.inf, torque_use=np.inf, pushes=np.full(6, np.inf))
+    monkeypatch.setitem(planned.__dict__, "closing", lost)
+    found = static_margins(planned)
+    assert found["closing: holds"] == found["closing: pushes held"] == 0.0
+    assert found["closing: least share of friction"] == found["closing: share of torque left"] == -UNBOUNDED
+    assert found["closing: − motion at rest [m]"] == -UNBOUNDED
+
+
+@pytest.mark.slow
+def test_a_study_on_a_table_says_what_closing_survives_and_goes_on(tmp_path):
+    arguments = ["--sets", "native_clear", "--counts", "8", "--objects", "box", "--clearance", "links", "--loads"]
+    arguments += ["--protocol", "free", "--errors", "1", "--table", "--enough", "1", "--out", str(tmp_path / "study")]
+    done = CliRunner().invoke(main, ["study-synergies", *arguments, "--problems", "1"])
+    assert done.exit_code == 0, done.output
+    (row,) = load_study(tmp_path / "study")
+    assert row.feasible
+    assert [each.name for each in row.survival] == list(ROW_NAMES)
+    assert row.survival[-1].tried == 1
+    page = (tmp_path / "study" / "study.md").read_text(encoding="utf-8")
+    assert "## What closing survives" in page
+    assert "objects on a table" in page
+    other = CliRunner().invoke(main, ["study-synergies", *arguments[:-2], "--out", arguments[-1], "--errors", "2"])
+    assert other.exit_code == 2
+    assert "other settings (errors: 1 there, 2 asked for)" in other.output
 
 
 def test_margins_of_a_grasp(planned):
@@ -254,6 +333,7 @@ def test_the_processor_time_of_a_search_is_limited():
         (["--cpu-limit", "0"], "cpu_limit"),
         (["--time-limit", "-1"], "time_limit"),
         (["--friction-safety", "0.5"], "friction_safety"),
+        (["--errors", "-1"], "--errors"),
     ],
 )
 def test_mistakes_are_one_line(tmp_path, arguments, message):

@@ -5,6 +5,8 @@ from ..judge.clearance_check import hand_clearances as hand_clearances
 from ..judge.margins import GraspMargins as GraspMargins
 from ..judge.margins import Margin as Margin
 from ..judge.stability import Stability as Stability
+from .closing_tolerance import ClosingTolerance as ClosingTolerance
+from .closing_tolerance import closing_tolerances as closing_tolerances
 from .force_optimisation import ForceProblem as ForceProblem
 from .force_optimisation import best_forces as best_forces
 from .friction_cost import BestForces as BestForces

@@ -30,6 +30,9 @@ _TYPES: dict[str, Any] = {
     "list<list<double>>": pa.list_(_NUMBERS),
     "list<string>": pa.list_(pa.string()),
     "list<struct<name: string, value: double>>": pa.list_(pa.struct({"name": pa.string(), "value": pa.float64()})),
+    "list<struct<name: string, survived: int64, tried: int64, worst: string>>": pa.list_(
+        pa.struct({"name": pa.string(), "survived": pa.int64(), "tried": pa.int64(), "worst": pa.string()})
+    ),
     "list<struct<name: string, value: double, unit: string>>": pa.list_(
         pa.struct({"name": pa.string(), "value": pa.float64(), "unit": pa.string()})
     ),

@@ -21,6 +21,7 @@ from ..grasp.grasp import Grasp
 from ..records.analysis_record import analysis_record, contact_analysis_record
 from ..records.contact_file import is_contact_file, read_contact_file
 from ..records.grasp_files import grasp_json
+from .closing_tolerance import print_closing_tolerances
 from .grasp_file import HAND, opened_grasp
 from .margins import margin_rows, new_table, print_verdict
 from .measures import opened_contacts, print_measures
@@ -41,6 +42,14 @@ OUT = click.Path(path_type=Path, allow_dash=True)
 @click.option("--all", "everything", is_flag=True, help="Print every measure instead of those that matter most.")
 @click.option("--compare", type=click.Path(path_type=Path), help="Second grasp or contact file to print beside it.")
 @click.option("--picture", type=click.Path(path_type=Path), help="Draw slices and ellipsoids, as PNG.")
+@click.option(
+    "--tolerance",
+    "directions",
+    type=click.IntRange(min=1),
+    help="How far palm, size, friction and mass may be off for it still to close; that many directions of the palm.",
+)
+@click.option("--simulated", is_flag=True, help="With --tolerance: by simulation, some minutes, instead of statics.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of these directions.")
 @click.option("--sensitivity/--no-sensitivity", default=True, show_default=True, help="Whether to find the optimum.")
 def analyse(
     file: Path,
@@ -49,6 +58,9 @@ def analyse(
     everything: bool,
     compare: Path | None,
     picture: Path | None,
+    directions: int | None,
+    simulated: bool,
+    seed: int,
     sensitivity: bool,
 ) -> None:
     """Print margins, measures, stability, tolerance and sensitivities of a planned grasp.
@@ -58,6 +70,8 @@ def analyse(
     near the grasp: dF*/dp for friction, mass, size, compliances and the object's pose, and how far each parameter may
     change until the active set does or F is 5 % off what they predict.
     """
+    if simulated and directions is None:
+        raise click.UsageError("--simulated is for --tolerance.")
     check_writable(json_file, picture)
     console = Console(stderr=str(json_file) == "-")
     if is_contact_file(file):
@@ -70,6 +84,8 @@ def analyse(
     _print_rows(console, [("F", f"{grasp.force_norm:.4f} N"), *margin_rows(grasp)])
     measured = _print_measures(console, file, contact_set(grasp), hand, everything, compare, picture)
     console.print(_tolerance_table(grasp))
+    if directions is not None:
+        print_closing_tolerances(console, grasp, directions, seed, simulated)
     found = None
     if sensitivity and grasp.feasible:
         with console.status("finding the optimum …"), threadpool_limits(limits=1):

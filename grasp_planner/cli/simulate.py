@@ -16,6 +16,7 @@ from ..exceptions import InvalidValueError
 from ..problem.settings import text_of_numbers
 from ..simulate import (
     PROTOCOLS,
+    GateReport,
     Protocol,
     Simulation,
     build_scene,
@@ -48,7 +49,7 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
     type=click.Choice(tuple(PROTOCOLS)),
     default="plan",
     show_default=True,
-    help="plan: as planned, from the planned posture; closing: from an open hand; dexgraspbench: 100 g, μ 0.6.",
+    help="plan: from the planned posture; closing: from an open hand; table: lifted and shaken; dexgraspbench: 100 g.",
 )
 @click.option("--squeeze", type=float, default=1.0, show_default=True, help="Factor on the plan's δσ.")
 @click.option(
@@ -146,7 +147,7 @@ def print_simulation(console: Console, found: Simulation) -> None:
             f"squeeze × {found.squeeze:g}",
         ),
         ("scene", "; ".join(found.notes)),
-        *((f"overlap, {gate.posture}", _gate_text(gate.object_overlap, gate.self_overlap)) for gate in found.gates),
+        *((f"overlap, {gate.posture}", _gate_text(gate, found.protocol.table)) for gate in found.gates),
     ]
     if found.surface_error > SURFACE_NOTE:
         off = f"up to {1e3 * found.surface_error:.2f} mm from the planned contacts"
@@ -170,22 +171,25 @@ def print_simulation(console: Console, found: Simulation) -> None:
     for frame, predicted, simulated, used in zip(found.grasp.problem.frames, *columns, strict=True):
         forces.add_row(frame.name, f"{predicted:.3f}", f"{simulated:.3f}", f"{100 * used:.0f} %")
     console.print(forces)
-    console.print(_direction_table(found))
+    console.print(_shake_table(found) if found.protocol.table else _direction_table(found))
 
 
 def _print_survival(console: Console, grasp: Grasp, samples: int) -> int:
     """Print what of a closing survives errors and return the exit code: passed if it closes as planned."""
-    table = _table("closing around the free object, then pushes", ("off the plan", "survived", "first failure"))
+    title = "closing around the free object, then pushes; around the object on its table, then lifted and shaken"
+    table = _table(title, ("off the plan", "survived", "first failure"))
+    table.columns[-1].no_wrap = False
     rows = survival(grasp, samples=samples)
     for row in rows:
-        table.add_row(row.name, f"{row.survived} of {row.tried}", row.worst)
+        table.add_row(row.name, f"{row.survived} of {row.tried}" if row.tried else "–", row.worst)
     console.print(table)
     return EXIT_PASSED if rows[0].survived else EXIT_FAILED
 
 
-def _gate_text(object_overlap: float, self_overlap: float) -> str:
+def _gate_text(gate: GateReport, table: bool) -> str:
     """Return overlaps in words."""
-    return f"{1e3 * object_overlap:.2f} mm with the object, {1e3 * self_overlap:.2f} mm of links"
+    below = f", {1e3 * gate.table_overlap:.2f} mm with the table" if table else ""
+    return f"{1e3 * gate.object_overlap:.2f} mm with the object, {1e3 * gate.self_overlap:.2f} mm of links{below}"
 
 
 def _direction_table(found: Simulation) -> Table:
@@ -205,6 +209,15 @@ def _direction_table(found: Simulation) -> Table:
             ladder,
             "–" if lost is None else f"{scale * lost:.{digits}f}",
         )
+    return table
+
+
+def _shake_table(found: Simulation) -> Table:
+    """Return the table of shakes."""
+    table = _table(f"shaken, {found.protocol.shake:g} m/s²", ("along", "held", "moved [mm]", "turned [°]"))
+    for report in found.directions:
+        held = "[green]yes[/]" if report.held else "[red]no[/]"
+        table.add_row(report.direction, held, f"{1e3 * report.displacement:.2f}", f"{report.rotation_deg:.2f}")
     return table
 
 

@@ -18,7 +18,8 @@ from .batch import INTERRUPTED, progress
 from .options import parse_counts, parse_names
 
 if TYPE_CHECKING:
-    from ..studies.synergy_study import StudyRow, StudySettings
+    from ..studies.study_rows import StudyRow
+    from ..studies.synergy_study import StudySettings
 
 
 @click.command("study-synergies")
@@ -41,6 +42,14 @@ if TYPE_CHECKING:
 )
 @click.option("--squeeze", type=float, default=1.0, show_default=True, help="Factor on the plans' δσ.")
 @click.option("--protocol", type=click.Choice(tuple(PROTOCOLS)), default="plan", show_default=True)
+@click.option("--table", is_flag=True, help="Objects stand on a table, which plans keep clear of.")
+@click.option(
+    "--errors",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Close every grasp with errors too, this many samples a row: what survives.",
+)
 @click.option("--starts", type=int, default=40, show_default=True, help="Most starts of each search.")
 @click.option(
     "--enough", type=int, default=4, show_default=True, help="Feasible grasps after which the best is simulated."
@@ -66,6 +75,8 @@ def study_synergies(
     friction_safety: float | None,
     squeeze: float,
     protocol: str,
+    table: bool,
+    errors: int,
     starts: int,
     enough: int,
     time_limit: float | None,
@@ -93,6 +104,8 @@ def study_synergies(
         enough=enough,
         time_limit_s=60.0 if time_limit is None and cpu_limit is None else time_limit,
         cpu_limit_s=cpu_limit,
+        errors=errors,
+        table=table,
     )
     console = Console()
     with progress("problems") as on_progress:
@@ -113,6 +126,7 @@ def study_synergies(
 
 def _print_study(console: Console, rows: Sequence[StudyRow], settings: StudySettings) -> None:
     """Print the tables of the page."""
+    from ..studies.survival_tables import CERTIFICATE_COLUMNS, SURVIVAL_COLUMNS, certificate_rows, survival_rows
     from ..studies.synergy_study_page import (
         COUNT_COLUMNS,
         MARGIN_COLUMNS,
@@ -122,11 +136,17 @@ def _print_study(console: Console, rows: Sequence[StudyRow], settings: StudySett
         rest_rows,
     )
 
-    for columns, texts in (
+    tables = [
         (COUNT_COLUMNS, count_rows(rows, settings)),
         (REST_COLUMNS, rest_rows(rows, settings)),
         (MARGIN_COLUMNS, prediction_rows(rows)),
-    ):
+    ]
+    if settings.errors:
+        tables += [
+            (SURVIVAL_COLUMNS, survival_rows(rows, settings)),
+            (CERTIFICATE_COLUMNS, certificate_rows(rows)),
+        ]
+    for columns, texts in tables:
         table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
         for column in columns:
             table.add_column(column.replace("[", "\\["), justify="right")

@@ -45,25 +45,26 @@ Step = Callable[[RestState, float, float, bool], RestState | None]
 """From a state at a time to the state at a later one, the last resort included or not."""
 
 
-def close_grasp(grasp: PosedGrasp, path: ReferencePath | None = None) -> ClosingReport:
+def close_grasp(grasp: PosedGrasp, path: ReferencePath | None = None, *, safety: float = SAFETY) -> ClosingReport:
     """Return how a grasp closes.
 
     Args:
         grasp: The grasp.
         path: The references; if None, of several ways the first that holds, or else the one that comes nearest.
+        safety: How many times as hard as the load cases it is pushed.
 
     Returns:
         How it closes.
     """
     if path is not None:
-        return _Run(grasp, path).result()
+        return _Run(grasp, path, safety).result()
     best: ClosingReport | None = None
     used = 0
     # Where the plan itself does not keep the links clear, they do not count in the open hand either.
     clear = max(posture_overlaps(grasp.problem, grasp.joint_angles, grasp.palm_pose)) <= OPEN_OVERLAP
     for way in reference_paths(grasp, links=clear):
         for factor in BEYOND:
-            run = _Run(grasp, way.beyond(factor))
+            run = _Run(grasp, way.beyond(factor), safety)
             report = run.result()
             if best is None or report.rank < best.rank:
                 best = report
@@ -79,8 +80,8 @@ def close_grasp(grasp: PosedGrasp, path: ReferencePath | None = None) -> Closing
 class _Run:
     """One closing hand."""
 
-    def __init__(self, grasp: PosedGrasp, path: ReferencePath) -> None:
-        self.grasp, self.path = grasp, path
+    def __init__(self, grasp: PosedGrasp, path: ReferencePath, safety: float) -> None:
+        self.grasp, self.path, self.safety = grasp, path, safety
         self.touches: Touches = find_touches(grasp, path)
         self.solver = RestSolver(grasp.problem, grasp.palm_pose)
         self.home, self.origin = grasp.palm_pose.rotation, grasp.palm_pose.translation
@@ -97,7 +98,7 @@ class _Run:
         blocks = stiffness.reshape(n_c, 3, n_c, 3)[np.arange(n_c), :, np.arange(n_c), :]
         self.solver.left = BUDGET
         rest = self._released(self._closed())
-        push = SAFETY * (problem.loads.force or PUSH)
+        push = self.safety * (problem.loads.force or PUSH)
         forces, use, pushes = np.full((n_c, 3), np.nan), np.zeros(n_c), np.full(6, np.inf)
         displacement = rotation = overlap = torque_use = np.inf
         if rest is not None:

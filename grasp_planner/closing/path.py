@@ -154,20 +154,25 @@ def free_posture(grasp: PosedGrasp, sigma: Array) -> Array:
     return np.clip(grasp.problem.synergies.joint_angles(sigma), hand.lower, hand.upper)
 
 
-def posture_overlaps(problem: GraspProblem, q: Array, palm_pose: Pose, *, links: bool = True) -> tuple[float, float]:
-    """Return the deepest overlaps of the hand with the object and with itself at a posture [m].
+def posture_overlaps(
+    problem: GraspProblem, q: Array, palm_pose: Pose, *, links: bool = True
+) -> tuple[float, float, float]:
+    """Return the deepest overlaps of the hand with the object, with itself and with the table at a posture [m].
 
     Args:
         problem: The problem.
         q: The posture [rad], of shape (n_q,).
         palm_pose: Pose of the palm in O.
         links: Whether all solids of the hand count; if not, only the fingertips and the object.
+
+    Returns:
+        The three overlaps; that with the table is 0 where the problem has none.
     """
     centres = fingertip_positions(problem.hand, problem.frames, q, palm_pose)
     gaps = find_contacts(centres, problem.radii, problem.grasp_object.solid).gaps
     overlap = above_zero(-gaps.min())
     if not links:
-        return overlap, 0.0
+        return overlap, 0.0, 0.0
     clearances = hand_clearances(problem, q, palm_pose)
     overlap = above_zero(np.maximum(overlap, penetration(clearances, "link_object")))
-    return overlap, penetration(clearances, "self_collision")
+    return overlap, penetration(clearances, "self_collision"), penetration(clearances, "ground")

@@ -34,7 +34,7 @@ class ClosingReport(Value):
         rotation: Of the object at rest [rad].
         torque_use: Largest share of a joint's torque limit at rest.
         pushes: How far a push along ±x, ±y, ±z moves it [m]; infinite where it is lost, of shape (6,).
-        push: How strong these pushes are, a half more than the load cases ask for [N].
+        push: How strong these pushes are, unless told otherwise a half more than the load cases ask for [N].
     """
 
     path: ReferencePath

@@ -3,6 +3,7 @@
 from .engine import SimulationDependencyError as SimulationDependencyError
 from .gate import GateReport as GateReport
 from .off_plan import Survival as Survival
+from .off_plan import simulated_loss as simulated_loss
 from .off_plan import survival as survival
 from .protocol import PROTOCOLS as PROTOCOLS
 from .protocol import Protocol as Protocol

@@ -11,6 +11,7 @@ from ..closing.path import posture_overlaps
 from ..grasp.grasp import Grasp
 from ..spatial import Array
 from .protocol import Geometry
+from .table import with_table
 
 
 @dataclass(frozen=True)
@@ -23,20 +24,24 @@ class GateReport:
             left out, as in the plan.
         self_overlap: Deepest overlap of two links [m].
         limit: Largest overlap allowed [m].
+        table_overlap: Deepest overlap of a link with the table [m]; 0 without one.
     """
 
     posture: str
     object_overlap: float
     self_overlap: float
     limit: float
+    table_overlap: float = 0.0
 
     @property
     def passed(self) -> bool:
-        """Whether neither is deeper than allowed."""
-        return self.object_overlap <= self.limit and self.self_overlap <= self.limit
+        """Whether none is deeper than allowed."""
+        return all(depth <= self.limit for depth in (self.object_overlap, self.self_overlap, self.table_overlap))
 
 
-def check_posture(grasp: Grasp, q: Array, posture: str, geometry: Geometry, limit: float) -> GateReport:
+def check_posture(
+    grasp: Grasp, q: Array, posture: str, geometry: Geometry, limit: float, *, table: bool = False
+) -> GateReport:
     """Measure the overlaps at a posture.
 
     Args:
@@ -46,8 +51,11 @@ def check_posture(grasp: Grasp, q: Array, posture: str, geometry: Geometry, limi
         geometry: ``links`` for all solids of the hand, ``contacts`` for the fingertips only.
         limit: Largest overlap allowed [m].
 
+        table: Whether there is a table under the object.
+
     Returns:
         The overlaps.
     """
-    overlap, own = posture_overlaps(grasp.problem, q, grasp.palm_pose, links=geometry == "links")
-    return GateReport(posture, overlap, own, limit)
+    problem = with_table(grasp.problem) if table else grasp.problem
+    overlap, own, below = posture_overlaps(problem, q, grasp.palm_pose, links=geometry == "links")
+    return GateReport(posture, overlap, own, limit, below if table else 0.0)

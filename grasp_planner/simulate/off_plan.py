@@ -1,6 +1,7 @@
-"""The headline of simulation: a hand closes from open around a free object, everything a little off; what survives.
+"""The headline of simulation: a hand closes from open around an object, everything a little off; what survives.
 
 The hand goes through the references that were planned; palm, size, friction, mass and joints are other than planned.
+Last the object stands on its table instead, is lifted and shaken.
 """
 
 from __future__ import annotations
@@ -9,49 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..checks import positive, positive_whole
+from ..analysis.off_plan import Errors, off_plan
+from ..checks import positive_whole
+from ..closing.path import ReferencePath
+from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
-from ..objects import Box, Capsule, Cylinder, GraspObject, Sphere
-from ..spatial import Pose, rotation_exp
 from .protocol import PROTOCOLS, Protocol
 from .run import simulate_grasp
+from .table import table_height
 
 GATE = 0.02
 """Deepest overlap with which a simulation off the plan still begins [m]: the planned posture is then not reached."""
-
-
-@dataclass(frozen=True)
-class Errors:
-    """How far things are from the plan.
-
-    Attributes:
-        palm: Length of the palm's displacement, its direction random [m].
-        turn_deg: Angle of the palm's rotation, its axis random [degrees].
-        radius: How much the object's surface lies farther out or, as often, in [m].
-        friction: Factor on μ.
-        mass: Factor on the object's mass.
-        joint_friction: Dry friction of every joint [N m].
-    """
-
-    palm: float = 0.0
-    turn_deg: float = 0.0
-    radius: float = 0.0
-    friction: float = 1.0
-    mass: float = 1.0
-    joint_friction: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("palm", "turn_deg", "radius", "joint_friction"):
-            positive(f"errors {name}", getattr(self, name), zero_allowed=True)
-        for name in ("friction", "mass"):
-            positive(f"errors {name}", getattr(self, name))
-
-    @property
-    def random(self) -> bool:
-        """Whether they differ from sample to sample."""
-        return self.palm > 0.0 or self.turn_deg > 0.0 or self.radius > 0.0
-
-
 ERRORS = {
     "as planned": Errors(),
     "palm 2 mm, 2°": Errors(palm=2e-3, turn_deg=2.0),
@@ -61,7 +30,11 @@ ERRORS = {
     "joint friction 10 N mm": Errors(joint_friction=0.01),
     "all at once": Errors(2e-3, 2.0, 1e-3, 0.75, 1.5, 0.01),
 }
-"""The rows of the table."""
+"""The rows of the table, the object free."""
+TABLE = f"table, lifted {100 * PROTOCOLS['table'].lift:g} cm, shaken"
+"""The last row: as planned, the object on its table."""
+ROWS = (*ERRORS, TABLE)
+"""Names of all rows."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +43,10 @@ class Survival:
 
     Attributes:
         name: What was off.
-        survived: Simulations in which the hand closed and all pushes were held.
-        tried: Simulations.
-        worst: What the first simulation that failed says; empty if none did.
+        survived: Simulations in which the hand closed and all pushes were held, or the object was lifted and shaken.
+        tried: Simulations; none where the object can't be simulated as it is, and on a table of which the plan says
+            nothing and through which the hand would go.
+        worst: What the first simulation that failed says, or why there is none; empty if none failed.
     """
 
     name: str
@@ -82,7 +56,7 @@ class Survival:
 
 
 def survival(grasp: Grasp, *, seed: int = 0, samples: int = 4) -> tuple[Survival, ...]:
-    """Close a hand around a free object, with errors of each kind and with all at once.
+    """Close a hand around a free object, with errors of each kind and with all at once, and around one on its table.
 
     Args:
         grasp: The grasp.
@@ -102,41 +76,43 @@ def survival(grasp: Grasp, *, seed: int = 0, samples: int = 4) -> tuple[Survival
         count, survived, worst = samples if errors.random else 1, 0, ""
         for sample in range(count):
             found = simulate_grasp(
-                off_plan(grasp, errors, 1.0 if sample % 2 == 0 else -1.0, rng),
+                off_plan(grasp, errors, 1.0 if (seed + sample) % 2 == 0 else -1.0, rng),
                 _protocol(grasp, errors),
                 ladder=False,
                 path=grasp.closing.path,
             )
             survived += found.passed
             worst = worst or ("" if found.passed else found.verdict)
+            if found.is_another_object and found.gate_passed and not errors.random:
+                return tuple(Survival(each, 0, 0, found.verdict) for each in ROWS)
         rows.append(Survival(name, survived, count, worst))
-    return tuple(rows)
+    return *rows, _from_table(grasp)
 
 
-def off_plan(grasp: Grasp, errors: Errors, sign: float, rng: np.random.Generator) -> Grasp:
-    """Return a grasp whose palm and object are off the plan.
+def simulated_loss(grasp: Grasp, path: ReferencePath) -> str | None:
+    """Return why a hand that closes around the free object loses it in simulation; None if it holds six pushes.
+
+    Judges for :func:`grasp_planner.analysis.closing_tolerances`.
 
     Args:
-        grasp: The grasp.
-        errors: How far.
-        sign: 1 for a larger object, −1 for a smaller one.
-        rng: Source of the directions.
+        grasp: The grasp, its palm or its object off the plan.
+        path: The references that were planned.
     """
-    way, axis = rng.normal(size=(2, 3))
-    turn = rotation_exp(np.radians(errors.turn_deg) * axis / np.linalg.norm(axis))
-    moved = grasp.palm_pose.translation + errors.palm * way / np.linalg.norm(way)
-    problem = replace(grasp.problem, grasp_object=resized(grasp.problem.grasp_object, sign * errors.radius))
-    return replace(grasp, problem=problem, palm_pose=Pose(turn @ grasp.palm_pose.rotation, moved), search=None)
+    protocol = replace(PROTOCOLS["free"], gate=GATE, torques=False, force=grasp.problem.loads.force or 1.0)
+    found = simulate_grasp(grasp, protocol, ladder=False, path=path)
+    return None if found.passed else found.verdict.partition(": ")[2]
 
 
-def resized(grasp_object: GraspObject, by: float) -> GraspObject:
-    """Return an object whose surface lies farther out [m]; other objects than simple ones stay as they are."""
-    if isinstance(grasp_object, Sphere | Cylinder | Capsule):
-        return replace(grasp_object, radius=grasp_object.radius + by)
-    if isinstance(grasp_object, Box):
-        x, y, z = (edge + 2.0 * by for edge in (grasp_object.x, grasp_object.y, grasp_object.z))
-        return replace(grasp_object, x=x, y=y, z=z)
-    return grasp_object
+def _from_table(grasp: Grasp) -> Survival:
+    """Close the hand around the object on its table, lift it and shake it."""
+    try:
+        table_height(grasp.problem)
+    except InvalidValueError:
+        return Survival(TABLE, 0, 0, "not simulated: the object does not stand under the plan's gravity")
+    found = simulate_grasp(grasp, PROTOCOLS["table"], path=grasp.closing.path)
+    # Who planned with a table answers for the hand that goes through it; who did not, was not asked.
+    tried = found.rest is not None or grasp.problem.clearance.ground is not None
+    return Survival(TABLE, int(found.passed), int(tried), "" if found.passed else found.verdict)
 
 
 def _protocol(grasp: Grasp, errors: Errors) -> Protocol:
@@ -146,6 +122,6 @@ def _protocol(grasp: Grasp, errors: Errors) -> Protocol:
         friction=None if errors.friction == 1.0 else errors.friction * float(grasp.problem.friction.min()),
         mass=errors.mass * grasp.problem.grasp_object.mass,
         joint_friction=errors.joint_friction,
-        gate=GATE,
+        gate=PROTOCOLS["free"].gate if errors == Errors() else GATE,
         torques=False,
     )

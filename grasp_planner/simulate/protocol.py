@@ -27,7 +27,14 @@ class Protocol:
         start: ``plan``: the hand starts in the planned posture, its references set. ``open``: it starts open and
             closes by moving its references.
         hold_while_closing: Whether the object is held in place until the hand has closed.
-        gravity: Whether the plan's gravity acts on the object; around a free object the hand closes without it.
+        gravity: Whether the plan's gravity acts on the object; around a free object the hand closes without it,
+            unless it stands on a table.
+        table: Whether the object stands on a table while the hand closes, is then lifted and shaken, not pushed.
+        lift: How far it is lifted [m].
+        lift_s: How long that takes [s].
+        shake: Largest acceleration of the palm when it shakes along x, y and z of O, one after the other [m/s²].
+        shake_hz: How often it goes to and fro [1/s].
+        shake_s: How long it shakes along each axis [s].
         joint_friction: Dry friction of every independent joint [N m].
         mass: Mass of the object [kg]; the plan's if None.
         friction: Coefficient of friction; the plan's, of every contact its own, if None.
@@ -56,6 +63,12 @@ class Protocol:
     start: Start = "plan"
     hold_while_closing: bool = True
     gravity: bool = True
+    table: bool = False
+    lift: float = 0.1
+    lift_s: float = 1.0
+    shake: float = 5.0
+    shake_hz: float = 3.0
+    shake_s: float = 1.5
     joint_friction: float = 0.0
     mass: float | None = None
     friction: float | None = None
@@ -82,6 +95,8 @@ class Protocol:
     def __post_init__(self) -> None:
         for name in ("force", "hold_s", "check_s", "max_displacement", "max_rotation_deg", "stage_s", "ladder_cap"):
             positive(f"protocol {name}", getattr(self, name))
+        for name in ("lift", "lift_s", "shake", "shake_hz", "shake_s"):
+            positive(f"protocol {name}", getattr(self, name))
         if not 1e-3 <= positive("protocol ladder_accuracy", self.ladder_accuracy) <= 1.0:
             raise InvalidValueError("protocol ladder_accuracy", self.ladder_accuracy, "from 0.001 to 1")
         for name in ("mass", "friction", "torque_arm"):
@@ -101,9 +116,11 @@ class Protocol:
         """Check the name, what is switched on, and what MuJoCo's solver is told."""
         if not isinstance(self.name, str):
             raise InvalidValueError("protocol name", self.name, "a text")
-        for name in ("hold_while_closing", "gravity", "torques"):
+        for name in ("hold_while_closing", "gravity", "torques", "table"):
             if not isinstance(getattr(self, name), bool):
                 raise InvalidValueError(f"protocol {name}", getattr(self, name), "true or false")
+        if self.table and (self.start != "open" or not self.gravity or self.hold_while_closing):
+            raise InvalidValueError("protocol table", True, "with start open, gravity, and an object that is not held")
         positive("protocol impratio", self.impratio)
         for name, size in (("solref", 2), ("solimp", 3)):
             for value in finite_array(f"protocol {name}", getattr(self, name), (size,)):
@@ -144,6 +161,7 @@ PROTOCOLS = {
     "plan": PLAN,
     "closing": replace(PLAN, name="closing", start="open"),
     "free": replace(PLAN, name="free", start="open", hold_while_closing=False),
+    "table": replace(PLAN, name="table", start="open", hold_while_closing=False, table=True),
     "dexgraspbench": DEXGRASPBENCH,
     "dexgraspbench-hard": replace(DEXGRASPBENCH, name="dexgraspbench-hard", friction=0.3, torsional_friction=0.002),
 }

@@ -15,6 +15,11 @@ MOST_SURFACE_ERROR = 2e-3
 """How far the simulated surface may be from the planned contacts; farther off, it is another object [m]."""
 
 
+def surface_limit(protocol: Protocol) -> float:
+    """Return how far the simulated surface may be from the contacts [m]: a hand off the plan does not get to them."""
+    return max(MOST_SURFACE_ERROR, protocol.gate)
+
+
 @dataclass(frozen=True)
 class RestReport:
     """Object and forces after closing and release, before any push.
@@ -51,9 +56,9 @@ class DirectionReport:
     """One push.
 
     Attributes:
-        kind: ``force`` or ``torque``.
+        kind: ``force``, ``torque``, or ``shake`` of an object that was lifted.
         direction: Such as ``+x``, in O.
-        load: How strong it was [N or N m].
+        load: How strong it was [N, N m or m/s²].
         held: Whether the object stayed within the limits all the time.
         displacement: Largest one seen [m].
         rotation_deg: Largest one seen [degrees].
@@ -124,7 +129,7 @@ class Simulation:
     @property
     def is_another_object(self) -> bool:
         """Whether what stands for the object is so far off it that nothing was simulated, nor says anything of it."""
-        return self.surface_error > MOST_SURFACE_ERROR
+        return self.surface_error > surface_limit(self.protocol)
 
     @property
     def forces_held(self) -> int:
@@ -137,9 +142,15 @@ class Simulation:
         return sum(report.held for report in self.directions if report.kind == "torque")
 
     @property
+    def deciding(self) -> tuple[DirectionReport, ...]:
+        """The pushes, or shakes of a lifted object, that decide; torques do not."""
+        return tuple(report for report in self.directions if report.kind != "torque")
+
+    @property
     def passed(self) -> bool:
-        """Whether the gates were passed, the object rested within the limits, and all six forces were held."""
-        return self.gate_passed and self.rest is not None and self.rest.held and self.forces_held == 6
+        """Whether the gates were passed, the object rested within the limits, and all forces or shakes were held."""
+        held = bool(self.deciding) and all(report.held for report in self.deciding)
+        return self.gate_passed and self.rest is not None and self.rest.held and held
 
     def weakest(self, kind: str) -> float | None:
         """Return the least load of the ladder that was held [N or N m] over all directions of a kind; None without."""
@@ -151,6 +162,9 @@ class Simulation:
     def verdict(self) -> str:
         """One sentence."""
         for gate in self.gates:
+            if not gate.table_overlap <= gate.limit:
+                deep = f"{1e3 * gate.table_overlap:.1f} mm in the {gate.posture} posture"
+                return f"not simulated: the hand would go through the table by {deep}"
             if not gate.passed:
                 what, depth = "the hand overlaps the object", gate.object_overlap
                 if gate.self_overlap > gate.object_overlap:
@@ -161,9 +175,15 @@ class Simulation:
                 )
         if self.is_another_object:
             off = f"{1e3 * self.surface_error:.1f} mm off the planned contacts"
-            return f"not simulated: what stands for the object is {off} (at most {1e3 * MOST_SURFACE_ERROR:g} mm)"
+            most = f"at most {1e3 * surface_limit(self.protocol):g} mm"
+            return f"not simulated: what stands for the object is {off} ({most})"
         assert self.rest is not None
         if not self.rest.held:
-            return "failed: the object is lost before any push"
+            lifted = "while it is lifted from its table" if self.protocol.table else "before any push"
+            return f"failed: the object is lost {lifted}"
+        if self.protocol.table:
+            held = sum(report.held for report in self.deciding)
+            count = f"lifted {100 * self.protocol.lift:g} cm, {held} of 3 shakes of {self.protocol.shake:g} m/s² held"
+            return f"passed: {count}" if self.passed else f"failed: {count}"
         count = f"{self.forces_held} of 6 force directions held at {self.protocol.force:g} N"
         return f"passed: {count}" if self.passed else f"failed: {count}"

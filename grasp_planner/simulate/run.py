@@ -14,8 +14,9 @@ from ..grasp.squeeze import squeezed_forces
 from ..spatial import Array
 from .engine import quiet_warnings
 from .gate import GateReport, check_posture
+from .lifting import lift, shake_all
 from .protocol import PLAN, Protocol
-from .result import MOST_SURFACE_ERROR, DirectionReport, Frame, RestReport, Simulation
+from .result import DirectionReport, Frame, RestReport, Simulation, surface_limit
 from .trials import DIRECTIONS, push_all
 from .world import Snapshot, World
 
@@ -82,14 +83,14 @@ def simulate_grasp(
     rest: RestReport | None = None
     directions: tuple[DirectionReport, ...] = ()
     frames = _Recorder(world, record)
-    if all(gate.passed for gate in gates) and surface_error <= MOST_SURFACE_ERROR:
+    if all(gate.passed for gate in gates) and surface_error <= surface_limit(protocol):
         with quiet_warnings():
             say("closing")
             rest = _rest(world, path, frames)
             say("pushing")
             begin = world.save()
-            directions = push_all(world, begin, ladder=ladder)
-            if record:
+            directions = shake_all(world, begin) if protocol.table else push_all(world, begin, ladder=ladder)
+            if record and not protocol.table:
                 _record_pushes(world, begin, frames)
     return Simulation(
         grasp=tested,
@@ -150,10 +151,11 @@ def _record_pushes(world: World, begin: Snapshot, recorder: _Recorder) -> None:
 
 def _gates(grasp: Grasp, protocol: Protocol, path: ReferencePath | None) -> tuple[GateReport, ...]:
     """Check the planned posture, and the open one if the hand starts there."""
-    gates = [check_posture(grasp, grasp.joint_angles, "planned", protocol.geometry, protocol.gate)]
+    rules = (protocol.geometry, protocol.gate)
+    gates = [check_posture(grasp, grasp.joint_angles, "planned", *rules, table=protocol.table)]
     if path is not None:
         q = free_posture(grasp, path.open)
-        gates.append(check_posture(grasp, q, "open", protocol.geometry, protocol.gate))
+        gates.append(check_posture(grasp, q, "open", *rules, table=protocol.table))
     return tuple(gates)
 
 
@@ -165,7 +167,7 @@ def _rest(world: World, path: ReferencePath | None, recorder: _Recorder) -> Rest
     else:
         world.reset(free_posture(grasp, path.open), path.open)
         world.hold_object(protocol.hold_while_closing)
-        world.weigh(protocol.hold_while_closing)
+        world.weigh(protocol.hold_while_closing or protocol.table)
         recorder.keep()
         for begin, end in path.stages():
             for step in range(1, STAGE_STEPS + 1):
@@ -174,6 +176,8 @@ def _rest(world: World, path: ReferencePath | None, recorder: _Recorder) -> Rest
     world.hold_object(False)
     world.weigh(True)
     recorder.keep()
+    if protocol.table:
+        lift(world, recorder.run)
     if protocol.rest_s > 0.0:
         recorder.run(max(protocol.rest_s - MEAN_S, protocol.timestep))
     forces, others = _mean_forces(world)

@@ -16,9 +16,11 @@ from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..model.contact_model import CONTACT_MODELS, Frictionless, HardFinger, SoftFinger
 from ..problem.problem import GraspProblem
+from ..spatial import Array
 from .mjcf_hand import add_hand, add_motors, mesh_vertices
 from .mjcf_object import ObjectSolid, add_object, object_solids
 from .protocol import Protocol
+from .table import table_height
 from .tips import Tip, colliding_solids, fingertips
 from .xml_text import Element, add
 
@@ -37,6 +39,7 @@ class Scene:
         mass: Mass of the object [kg].
         friction: Coefficient of friction, one number or one for each contact.
         notes: What is not exactly as planned, one sentence each.
+        table_depth: How far the table is below the object's centre of mass [m]; 0 without one.
     """
 
     xml: str
@@ -45,6 +48,7 @@ class Scene:
     mass: float
     friction: float | tuple[float, ...]
     notes: tuple[str, ...]
+    table_depth: float = 0.0
 
 
 def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
@@ -87,6 +91,10 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
     by_name = dict(zip(names, solids, strict=True))
     _add_object_pairs(contact, tips, by_name, (for_tips, for_links), protocol, touches)
     _add_hand_pairs(contact, grasp, tips, by_name, protocol, touches[-1])
+    table_depth = 0.0
+    if protocol.table:
+        table_depth = table_height(problem)
+        _add_table(world, contact, problem.up, table_depth, (*for_tips, *names), protocol, touches[-1])
     add_motors(root, problem)
     equality = root.find("equality")
     assert equality is not None
@@ -105,7 +113,23 @@ def build_scene(grasp: Grasp, protocol: Protocol) -> Scene:
         notes.append(f"the synergies can't give these forces exactly: joints off by up to {off:.2g} rad")
     xml = ElementTree.tostring(root, encoding="unicode")
     tip_names = tuple(f"tip_{tip.name}" for tip in tips)
-    return Scene(xml, tip_names, tuple(for_tips), mass, friction, tuple(notes))
+    return Scene(xml, tip_names, tuple(for_tips), mass, friction, tuple(notes), table_depth)
+
+
+def _add_table(
+    world: Element,
+    contact: Element,
+    up: Array,
+    depth: float,
+    touching: tuple[str, ...],
+    protocol: Protocol,
+    touch: _Touch,
+) -> None:
+    """Add a table that can be lowered, and the pairs of it with object and links."""
+    body = add(world, "body", name="table", mocap="true", pos=-depth * up, zaxis=up)
+    add(body, "geom", name="table_top", type="plane", size=[1.0, 1.0, 0.1])
+    for name in touching:
+        _add_pair(contact, "table_top", name, protocol, touch)
 
 
 def _add_options(root: Element, protocol: Protocol, gravity: np.ndarray) -> None:

@@ -59,6 +59,8 @@ class World:
         geom = mujoco.mjtObj.mjOBJ_GEOM
         self._tips = {mujoco.mj_name2id(model, geom, name): k for k, name in enumerate(self.scene.tip_names)}
         self._solids = {mujoco.mj_name2id(model, geom, name) for name in self.scene.object_names}
+        table = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "table")
+        self._table = None if table < 0 else int(model.body_mocapid[table])
         self._hold = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, "hold")
 
     def reset(self, q: Array, sigma: Array) -> None:
@@ -94,6 +96,16 @@ class World:
         protocol = self.protocol
         gravity = self.grasp.problem.parameters.gravity if weighs and protocol.gravity else np.zeros(3)
         self.model.opt.gravity[:] = gravity
+
+    def lower_table(self, way: float) -> None:
+        """Put the table so far below where the object stood on it [m]."""
+        assert self._table is not None
+        up = self.grasp.problem.up
+        self.data.mocap_pos[self._table] = -(self.scene.table_depth + way) * up
+
+    def accelerate(self, acceleration: Array) -> None:
+        """Let object and links feel that the palm accelerates [m/s²], until changed; in place of pushes."""
+        self.data.xfrc_applied[:, :3] = -self.model.body_mass[:, None] * acceleration
 
     def push(self, wrench: Array) -> None:
         """Apply a wrench to the object at its centre of mass, in world axes [N, N m], until changed."""

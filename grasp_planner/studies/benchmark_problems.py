@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from ..hand.urdf_file import ROBOT_DATA, find_robot_file
 from ..model.task_direction import force_task
 from ..objects import GraspObject, MeshObject
 from ..objects.random_objects import CLOSED_FORMS, MASS
+from ..objects.resting import resting_pose
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
 from ..problem.parameters import GraspParameters
@@ -52,6 +53,21 @@ def object_kinds(names: Sequence[str]) -> tuple[str, ...]:
         if kind not in OBJECTS:
             raise NameNotFoundError("kind of object", kind, (*OBJECTS, "all"))
     return kinds
+
+
+def on_table(problem: GraspProblem) -> GraspProblem:
+    """Return a problem whose object stands on a table, z up if it can: gravity and ground follow.
+
+    Raises:
+        InvalidValueError: If the object stands on no side of its hull.
+    """
+    pose = resting_pose(problem.grasp_object)
+    size = float(np.linalg.norm(problem.parameters.gravity))
+    return replace(
+        problem,
+        parameters=replace(problem.parameters, gravity=-size * pose.up),
+        clearance=replace(problem.clearance, ground=-pose.height),
+    )
 
 
 @dataclass(frozen=True)

@@ -49,6 +49,20 @@ def task_margin(grasp: Grasp, *, passive: bool) -> float | None:
     return min(sizes) if sizes else None
 
 
+CLOSING_MARGINS: dict[str, Margin] = {
+    "closing: holds": lambda grasp: float(grasp.closing.holds),
+    "closing: pushes held": lambda grasp: float(np.isfinite(grasp.closing.pushes).sum()),
+    "closing: − motion under a push [m]": lambda grasp: -float(grasp.closing.pushes.max()),
+    "closing: − motion at rest [m]": lambda grasp: -grasp.closing.displacement,
+    "closing: − touches off the plan [m]": lambda grasp: -float(grasp.closing.mismatch.max()),
+    "closing: − the same as a force [N]": lambda grasp: -float(grasp.closing.mismatch_force.max()),
+    "closing: least share of friction": lambda grasp: (
+        1.0 - float(grasp.closing.cone_use.max()) if grasp.closing.rests else -math.inf
+    ),
+    "closing: share of torque left": lambda grasp: 1.0 - grasp.closing.torque_use,
+}
+"""Margins of the quasi-static closing, its certificate; without a state of rest, the least there is."""
+
 MARGINS: dict[str, Margin] = {
     "F [N]": lambda grasp: grasp.force_norm,
     "F / floor": lambda grasp: grasp.force_norm / grasp.force_norm_floor,
@@ -68,6 +82,7 @@ MARGINS: dict[str, Margin] = {
     "least shift withstood [m]": lambda grasp: least_tolerance(grasp, "m"),
     "least turn withstood [rad]": lambda grasp: least_tolerance(grasp, "rad"),
     "task transmission": lambda grasp: min(grasp.transmission_ratios),
+    **CLOSING_MARGINS,
 }
 """Margins by name, with units; add yours here. Larger should be better."""
 
@@ -82,6 +97,8 @@ def grasp_as_simulated(found: Simulation) -> Grasp:
     if thing.mass != found.mass:
         thing = replace(thing, mass=found.mass)  # type: ignore[call-arg]
     tested = replace(problem, parameters=model, grasp_object=thing)
+    if tested == problem:
+        return grasp
     return Grasp(tested, grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces, grasp.search)
 
 

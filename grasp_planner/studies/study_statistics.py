@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy.stats import mannwhitneyu, spearmanr
 
 from ..spatial import Array
-from .synergy_study import StudyRow
+from .study_rows import StudyRow
 
 Mask = npt.NDArray[np.bool_]
 

@@ -19,10 +19,12 @@ from ..problem.load_cases import LoadCases
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..processes import Job, JobContext, JobFunction
-from ..simulate import Protocol, find_protocol, simulate_grasp
-from .benchmark_problems import BenchmarkCase, object_kinds
+from ..simulate import Protocol, find_protocol, simulate_grasp, survival
+from .benchmark_problems import BenchmarkCase, object_kinds, on_table
 from .study_folder import check_same_study
 from .study_margins import grasp_as_simulated, static_margins
+from .study_rows import COLUMNS, Key, StudyRow, row_values
+from .study_rows import load_study as load_study
 
 if TYPE_CHECKING:
     from ..batch import BatchProgress, BatchSummary
@@ -31,27 +33,6 @@ SPARE_S = 900.0
 """Wall time a case may take beyond the limit of its search, until its worker is killed [s]."""
 CPU_SHARE = 20.0
 """Wall time of a search over its processor time, at most, on a busy machine."""
-COLUMNS = {
-    "row": "int64",
-    "status": "string",
-    "message": "string",
-    "synergy_set": "string",
-    "object_kind": "string",
-    "n_synergies": "int64",
-    "seed": "int64",
-    "feasible": "bool",
-    "refused": "bool",
-    "passed": "bool",
-    "forces_held": "int64",
-    "weakest_force": "double",
-    "rest_held": "bool",
-    "rest_displacement": "double",
-    "normal_force_error": "double",
-    "margins": "list<struct<name: string, value: double>>",
-}
-"""Columns of the rows on disk: ``status`` is done, error, timeout or crashed; the others as in :class:`StudyRow`."""
-Key = tuple[str, str, int, int]
-"""Synergy set, kind of object, number of synergies, seed."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +56,9 @@ class StudySettings:
         enough: Feasible grasps after which a search ends with the best of them, one that closes if there is one.
         time_limit_s: Longest search, wall time [s]; None for no limit.
         cpu_limit_s: Longest search, processor time [s]; None for no limit.
+        errors: Samples of each row of random errors with which every grasp closes once more
+            (:func:`~grasp_planner.simulate.survival`); 0 for none of this.
+        table: Whether objects stand on a table, which plans keep clear of.
     """
 
     hand: str = "dlr_hit_ii_right"
@@ -92,6 +76,8 @@ class StudySettings:
     enough: int = 4
     time_limit_s: float | None = 60.0
     cpu_limit_s: float | None = None
+    errors: int = 0
+    table: bool = False
 
     def __post_init__(self) -> None:
         hand = load_hand(self.hand)
@@ -109,6 +95,8 @@ class StudySettings:
             if not given:
                 raise InvalidValueError(name, "none", "at least one")
         positive_whole("problems", self.problems)
+        if self.errors != 0:
+            positive_whole("errors", self.errors)
         positive("squeeze", self.squeeze)
         if self.cpu_limit_s is not None:
             positive("cpu_limit", self.cpu_limit_s, unit="s")
@@ -147,52 +135,10 @@ class StudySettings:
         synergy_set, kind, count, seed = key
         sets = {"synergy_set": synergy_set, "contact_set": self.contact_set}
         case = BenchmarkCase(seed, count, self.hand, kind, **sets, clearance=self.clearance, loads=self.loads)
-        problem = case.problem()
+        problem = on_table(case.problem()) if self.table else case.problem()
         if self.friction_safety is None:
             return problem
         return replace(problem, loads=replace(problem.loads, friction_safety=self.friction_safety))
-
-
-@dataclass(frozen=True)
-class StudyRow:
-    """One planned and simulated problem.
-
-    Attributes:
-        synergy_set: Name of the set.
-        object_kind: Kind of object.
-        n_synergies: n_s.
-        seed: Seed of the problem and of its starts.
-        feasible: Whether a feasible grasp was found; if not, the rest is None.
-        refused: Whether the penetration gate refused it; if so, nothing was simulated.
-        passed: Whether all six forces were held.
-        forces_held: How many of them were.
-        weakest_force: Load held in the weakest direction [N].
-        rest_held: Whether the object was still within the limits at rest.
-        rest_displacement: Of the object at rest [m].
-        normal_force_error: Of the simulated normal forces at rest, relative to F.
-        margins: Static margins by name, of the grasp as simulated; None where undefined.
-        message: Why there is no answer, if the case ended in an error, at its time limit or with its worker.
-    """
-
-    synergy_set: str
-    object_kind: str
-    n_synergies: int
-    seed: int
-    feasible: bool
-    refused: bool | None = None
-    passed: bool | None = None
-    forces_held: int | None = None
-    weakest_force: float | None = None
-    rest_held: bool | None = None
-    rest_displacement: float | None = None
-    normal_force_error: float | None = None
-    margins: dict[str, float | None] | None = None
-    message: str | None = None
-
-    @property
-    def key(self) -> Key:
-        """Which case it is."""
-        return self.synergy_set, self.object_kind, self.n_synergies, self.seed
 
 
 def study_case(settings: StudySettings, key: Key) -> StudyRow:
@@ -219,6 +165,7 @@ def study_case(settings: StudySettings, key: Key) -> StudyRow:
         rest_displacement=None if rest is None else rest.displacement,
         normal_force_error=None if rest is None else rest.normal_force_error,
         margins=static_margins(grasp_as_simulated(found)),
+        survival=survival(grasp, seed=key[-1], samples=settings.errors) if settings.errors else None,
     )
 
 
@@ -257,36 +204,12 @@ def run_study(
 
     def failed(row: int, status: str, reason: str, message: str) -> dict[str, Any]:
         text = message if status == "error" else f"{reason}: {message}"
-        return _values(row, StudyRow(*cases[row], feasible=False, message=text), status)
+        return row_values(row, StudyRow(*cases[row], feasible=False, message=text), status)
 
     function = JobFunction(f"{__name__}:case_answer", {"settings": settings})
     return work_off_rows(RowWork(info, function, job, failed), folder, workers=workers, on_progress=on_progress)
 
 
-def load_study(folder: Path) -> list[StudyRow]:
-    """Return the rows of a study that are there, in the order of :attr:`StudySettings.cases`.
-
-    Raises:
-        BatchDependencyError: If the extra ``batch`` is not installed.
-        FileFormatError: If there is no study.
-    """
-    from ..batch.results import load_table
-
-    rows = []
-    for values in load_table(folder).to_pylist():
-        margins = values["margins"]
-        known = {name: value for name, value in values.items() if name not in ("row", "status", "margins")}
-        named = None if margins is None else {entry["name"]: entry["value"] for entry in margins}
-        rows.append(StudyRow(**known, margins=named))
-    return rows
-
-
 def case_answer(settings: StudySettings) -> Callable[[dict[str, Any], JobContext], dict[str, Any]]:
     """Return what answers a job of a study, in the worker process."""
-    return lambda job, _: _values(job["row"], study_case(settings, job["key"]), "done")
-
-
-def _values(row: int, found: StudyRow, status: str) -> dict[str, Any]:
-    """Return the row on disk."""
-    margins = None if found.margins is None else [{"name": k, "value": v} for k, v in found.margins.items()]
-    return {"row": row, "status": status, **asdict(found), "margins": margins}
+    return lambda job, _: row_values(job["row"], study_case(settings, job["key"]), "done")

@@ -12,8 +12,17 @@ from ..drawing.page_parts import html_images, html_page, html_table, markdown_ta
 from ..files.writing import write_bytes, write_text
 from ..judge.margins import UNBOUNDED
 from .study_margins import MARGINS
+from .study_rows import StudyRow
 from .study_statistics import prediction
-from .synergy_study import StudyRow, StudySettings
+from .survival_tables import (
+    CERTIFICATE,
+    CERTIFICATE_COLUMNS,
+    SURVIVAL,
+    SURVIVAL_COLUMNS,
+    certificate_rows,
+    survival_rows,
+)
+from .synergy_study import StudySettings
 from .synergy_study_plots import group_of, margin_figure, roc_figure, synergy_figure
 
 TITLE = "Physics against the number of synergies"
@@ -60,11 +69,22 @@ def write_study(folder: Path, rows: Sequence[StudyRow], settings: StudySettings)
     about = settings_text(settings)
     lines = [f"# {TITLE}", "", about, "", HONESTY, ""]
     body = f"<p>{html.escape(about)}</p><p>{html.escape(HONESTY)}</p>"
-    parts = (
+    parts: tuple[tuple[str, str, tuple[str, ...], tuple[str, ...], list[list[str]]], ...] = (
         ("What holds", "", ("synergies",), COUNT_COLUMNS, count_rows(rows, settings)),
         ("At rest", REST, (), REST_COLUMNS, rest_rows(rows, settings)),
         ("What predicts the load that is lost", PREDICTION, ("roc", "margins"), MARGIN_COLUMNS, prediction_rows(rows)),
     )
+    if settings.errors:
+        parts += (
+            ("What closing survives", SURVIVAL, (), SURVIVAL_COLUMNS, survival_rows(rows, settings)),
+            (
+                "What the certificate of closing says of it",
+                CERTIFICATE,
+                (),
+                CERTIFICATE_COLUMNS,
+                certificate_rows(rows),
+            ),
+        )
     for title, text, images, columns, table in parts:
         lines += [f"## {title}", "", *([text, ""] if text else []), *markdown_table(columns, table), ""]
         lines += [line for name in images for line in (f"![{name}]({name}.png)", "")]
@@ -84,6 +104,7 @@ def settings_text(settings: StudySettings) -> str:
     plans = "with the standard load cases" if settings.loads else "without load cases"
     if settings.friction_safety is not None:
         plans += f", cones of μ/{settings.friction_safety:g}"
+    plans += ", objects on a table" if settings.table else ""
     limits = [f"{settings.starts} starts, {settings.enough} feasible ones enough"]
     for limit, kind in ((settings.time_limit_s, "wall"), (settings.cpu_limit_s, "processor")):
         limits += [] if limit is None else [f"{limit:g} s of {kind} time"]

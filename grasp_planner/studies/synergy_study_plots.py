@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 
 from ..drawing.page_parts import new_figure, png
 from .study_margins import MARGINS
+from .study_rows import StudyRow
 from .study_statistics import prediction, roc_curve, simulated
-from .synergy_study import StudyRow, StudySettings
+from .synergy_study import StudySettings
 
 Measure = Callable[[Sequence[StudyRow]], float]
 SHOWN = 6

@@ -106,15 +106,17 @@ def _overlay(found: Simulation) -> str:
     )
     colour = "#137333" if found.passed else "#b3261e"
     problem = found.grasp.problem
+    table = found.protocol.table
+    what, strength = ("shake", f"{found.protocol.shake:g} m/s²") if table else ("push", f"{found.protocol.force:g} N")
     return (
         "<div style='position:fixed;left:12px;top:12px;z-index:1000;max-width:340px;pointer-events:none'>"
         f"<div style='{CARD}'><b>{html.escape(problem.hand.description.title or problem.hand.name)}</b><br>"
         f"{html.escape(object_words(problem.grasp_object))}<br>{html.escape(found.protocol.name)}: {found.mass:g} kg, "
         f"μ {text_of_numbers(found.friction)}, {problem.n_synergies} synergies</div>"
         f"<div style='{CARD}color:{colour}'>{html.escape(found.verdict)}</div>"
-        f"<div style='{CARD}'><table style='width:100%;font-size:12px'><tr><th align=left>push</th>"
+        f"<div style='{CARD}'><table style='width:100%;font-size:12px'><tr><th align=left>{what}</th>"
         "<th align=left>"
-        f"at {found.protocol.force:g} N</th><th align=left>held up to</th></tr>{rows}</table></div></div>"
+        f"at {strength}</th><th align=left>held up to</th></tr>{rows}</table></div></div>"
     )
 
 

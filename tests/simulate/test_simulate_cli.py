@@ -11,6 +11,7 @@ import grasp_planner as gp
 from grasp_planner.cli.main import main
 from grasp_planner.records.grasp_files import grasp_json
 from grasp_planner.simulate import simulate_grasp
+from tests.stored import FOLDER
 
 
 @pytest.fixture
@@ -116,3 +117,17 @@ def test_the_animation_is_one_file(held, tips_only, tmp_path):
     export_simulation_html(found, tmp_path / "yes.html")
     page = (tmp_path / "yes.html").read_text(encoding="utf-8")
     assert "6 of 6 force directions held" in page
+
+
+def test_on_its_table_it_is_lifted_and_shaken_and_a_plan_without_one_is_not_simulated(planned, tmp_path):
+    page = tmp_path / "table.html"
+    done = invoke(FOLDER / "ground.json", "--protocol", "table", "--html", page)
+    assert done.exit_code == 0, done.output
+    assert "passed: lifted 10 cm, 3 of 3 shakes of 5 m/s² held" in done.output
+    assert "mm with the table" in " ".join(done.output.split())
+    assert "at 5 m/s²" in page.read_text(encoding="utf-8")
+    path = tmp_path / "planned.json"
+    path.write_text(grasp_json(planned), encoding="utf-8")
+    done = invoke(path, "--protocol", "table")
+    assert done.exit_code == 3
+    assert "not simulated: the hand would go through the table" in " ".join(done.output.split())

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.analysis.off_plan import Errors, off_plan, resized
 from grasp_planner.closing.path import free_posture, reference_path
 from grasp_planner.simulate import (
     PROTOCOLS,
@@ -20,7 +21,6 @@ from grasp_planner.simulate import (
     survival,
 )
 from grasp_planner.simulate.gate import check_posture
-from grasp_planner.simulate.off_plan import Errors, off_plan, resized
 
 
 def test_a_squeezed_grasp_holds(held, tips_only):
@@ -194,9 +194,10 @@ def test_a_box_grows_on_both_sides():
 def test_the_table_of_survival_is_seeded_and_says_what_fails(held, monkeypatch):
     seen = []
 
-    def tested(grasp, protocol, *, ladder, path):
+    def tested(grasp, protocol, *, path, ladder=True):
         seen.append((grasp.palm_pose.translation.tolist(), protocol.mass, protocol.friction, path))
-        return SimpleNamespace(passed=protocol.friction is None, verdict="failed")
+        what = {"is_another_object": False, "gate_passed": True, "rest": None}
+        return SimpleNamespace(passed=protocol.friction is None, verdict="failed", **what)
 
     monkeypatch.setattr("grasp_planner.simulate.off_plan.simulate_grasp", tested)
     rows = {row.name: row for row in survival(held, seed=3, samples=2)}
