@@ -36,7 +36,9 @@ def main() -> None:
     """Plan, move and plan again; write the set after every step."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--hand", default=HAND, help="name of the hand, or its description file")
-    parser.add_argument("--contact-set", default=None, help="contact set; the hand's first if left out")
+    parser.add_argument(
+        "--contact-set", default=None, help="contact set; the hand's default with clear links if left out"
+    )
     parser.add_argument("--objects", type=int, default=84, help="random objects")
     parser.add_argument("--counts", default="8,5,3", help="numbers of synergies to plan again with, in turn")
     parser.add_argument("--workers", type=int, default=2)

@@ -32,7 +32,7 @@ Group = tuple[str, str, int]
 @click.option("--synergies", default="3,5,15", show_default=True, help="Numbers of synergies.")
 @click.option("--synergy-sets", default="default", show_default=True, help="Synergy sets, or 'default'.")
 @click.option("--objects", default="cylinder", show_default=True, help="Kinds of random objects, or 'all'.")
-@click.option("--contact-set", default=None, help="Contact set [default: the hand's first].")
+@click.option("--contact-set", default=None, help="Contact set [default: the hand's].")
 @click.option("--clearance", type=click.Choice(["none", "links"]), default="none", show_default=True)
 @click.option("--loads/--no-loads", default=False, help="Whether the standard load cases have to be held.")
 @click.option("--problems", type=int, default=100, show_default=True, help="Random problems for each combination.")

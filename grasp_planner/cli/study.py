@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 @click.option("--objects", default="cylinder", show_default=True, help="Kinds of random objects, or 'all'.")
 @click.option("--counts", default="1-15", show_default=True, help="Numbers of synergies, such as 1-5,15.")
 @click.option("--problems", type=int, default=20, show_default=True, help="Random problems for each combination.")
-@click.option("--contact-set", default=None, help="Contact set [default: the hand's first].")
+@click.option("--contact-set", default=None, help="Contact set [default: the hand's].")
 @click.option("--clearance", type=click.Choice(["links", "none"]), default="none", show_default=True)
 @click.option(
     "--loads/--no-loads", default=False, show_default=True, help="Whether plans hold the standard load cases."

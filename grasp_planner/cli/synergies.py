@@ -148,7 +148,7 @@ def fit_command(postures: Path, hand: str, out: Path, name: str, degrees: bool) 
 @click.option("--objects", type=int, default=42, show_default=True, help="Random objects it is made from.")
 @click.option("--seed", type=int, default=20000, show_default=True, help="Seed of the first of them.")
 @click.option("--scale", type=float, default=None, help="Factor on their sizes [default: by the width of the hand].")
-@click.option("--contact-set", default=None, help="Contact set [default: the hand's first].")
+@click.option("--contact-set", default=None, help="Contact set [default: the hand's].")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Worker processes.")
 def design_command(
     hand: str,

@@ -173,6 +173,8 @@ class HandDescription(_Strict):
     tendons: TendonsDescription | None = None
     contact_sets: dict[str, dict[str, ContactDescription]] = Field(default_factory=dict)
     """Contact sets by name, each with named contacts in order; the first set is the default."""
+    contact_set_with_clearance: str | None = None
+    """The default where links keep clear by their real geometry, which point fingertips do not have."""
     grasp_centres: dict[str, Vector3] = Field(default_factory=dict)
     """Where the middle of an object sits in P [m], for contact sets that hold it elsewhere than the palm says."""
     synergies: SynergyFiles = SynergyFiles()

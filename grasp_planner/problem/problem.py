@@ -45,7 +45,7 @@ class GraspProblem(Value):
         parameters: Parameters of the model.
         synergy_set: Name of the synergy set; the hand's default if None (it may name one for clearances). A CSV file
             becomes ``synergy_space``: a record holds the set and not where it lay.
-        contact_set: Name of the contact set; the hand's first if None.
+        contact_set: Name of the contact set; if None, the hand's default with or without clear links.
         synergy_space: Synergies to use instead of a named set.
         clearance: What has to keep clear of what: by default links of the object and of each other.
         contacts: Names of the contacts of the set that touch, in any order; the others do not. All if None.
@@ -71,9 +71,7 @@ class GraspProblem(Value):
     )
     parameters: GraspParameters = field(default_factory=GraspParameters)
     synergy_set: str | None = setting(None, "Synergy set of the hand, or a CSV file of one.", none="the hand's")
-    contact_set: str | None = setting(
-        None, "Contact set of the hand, for instance point or sphere.", none="the hand's first"
-    )
+    contact_set: str | None = setting(None, "Contact set of the hand, for instance point or sphere.", none="the hand's")
     synergy_space: SynergySpace | None = None
     clearance: ClearanceOptions = field(default_factory=ClearanceOptions)
     contacts: tuple[str, ...] | None = setting(
@@ -97,7 +95,7 @@ class GraspProblem(Value):
             object.__setattr__(self, "synergy_set", None)
         if self.contacts is not None:
             chosen = tuple(self.contacts)
-            everything = len(chosen) == len(self.hand.contact_frames(self.contact_set)) == len(set(chosen))
+            everything = len(chosen) == len(self.hand.contact_frames(self.contact_set_name)) == len(set(chosen))
             object.__setattr__(self, "contacts", chosen)
             if everything and self.frames:  # a choice of all is no choice: equal problems are equal
                 object.__setattr__(self, "contacts", None)
@@ -146,7 +144,7 @@ class GraspProblem(Value):
             ),
             "synergy_set": None,
             "synergy_space": self.synergies,
-            "contact_set": self.contact_set or self.hand.contact_set_names[0],
+            "contact_set": self.contact_set_name,
             "contacts": tuple(frame.name for frame in self.frames),
         }
         return super()._content() | used
@@ -168,7 +166,7 @@ class GraspProblem(Value):
     @cached_property
     def frames(self) -> tuple[ContactFrame, ...]:
         """Contact frames that have to touch the object, in the order of the set."""
-        frames = self.hand.contact_frames(self.contact_set)
+        frames = self.hand.contact_frames(self.contact_set_name)
         if self.contacts is None:
             return frames
         known = [frame.name for frame in frames]
@@ -182,12 +180,17 @@ class GraspProblem(Value):
     @cached_property
     def grasp_centre(self) -> Array:
         """Where the middle of the object sits in P for this contact set [m], of shape (3,)."""
-        return self.hand.centre_of_grasp(self.contact_set)
+        return self.hand.centre_of_grasp(self.contact_set_name)
 
     @cached_property
     def radii(self) -> Array:
         """Fingertip radii [m], of shape (n_c,)."""
         return readonly([frame.radius for frame in self.frames])
+
+    @property
+    def contact_set_name(self) -> str | None:
+        """Name of the contact set in use; None for a hand without sets."""
+        return self.contact_set or self.hand.default_contact_set(self.clearance.link_object == "geometry")
 
     @property
     def synergy_set_name(self) -> str | None:

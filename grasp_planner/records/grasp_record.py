@@ -142,7 +142,7 @@ def _parameter_record(problem: GraspProblem) -> ParameterRecord:
     return ParameterRecord(
         **plain_settings(problem.parameters),
         synergy_set=problem.synergy_set_name if problem.synergy_space is None else None,
-        contact_set=problem.contact_set or problem.hand.contact_set_names[0],
+        contact_set=problem.contact_set_name or "",
         clearance=ClearanceOptionsRecord(**plain_settings(problem.clearance)),
         loads=LoadCasesRecord(**plain_settings(problem.loads)),
     )

@@ -80,7 +80,7 @@ class BenchmarkCase:
         hand: Hand by name or description file.
         object_kind: Kind of object, out of :data:`OBJECTS`.
         synergy_set: Synergy set; the hand's default if None.
-        contact_set: Contact set; the hand's first if None.
+        contact_set: Contact set; the hand's default if None.
         clearance: Whether links keep clear of object and fingers, and fingers in order (Remarks 1 and 2).
         loads: Whether the grasp has to hold the standard load cases.
     """

@@ -45,7 +45,7 @@ class StudySettings:
         object_kinds: Kinds of random objects, out of :data:`~grasp_planner.studies.benchmark_problems.OBJECTS`.
         counts: Numbers of synergies.
         problems: Random problems for each set, kind and number; their seeds are 0, 1, ….
-        contact_set: Contact set; the hand's first if None.
+        contact_set: Contact set; the hand's default if None.
         clearance: Whether links keep clear; if not, only the fingertips collide in the simulation.
         loads: Whether the plans have to hold the standard load cases.
         friction_safety: s ≥ 1: the plans' forces stay in the cones of μ/s; the standard's 1.2 with load cases and 1

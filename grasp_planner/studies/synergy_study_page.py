@@ -100,7 +100,7 @@ def settings_text(settings: StudySettings) -> str:
     """Return the settings in a few sentences."""
     test = settings.test
     what = "links keep clear" if settings.clearance else "no clearance: only fingertips collide"
-    contacts = settings.contact_set or "the first"
+    contacts = settings.contact_set or "the default"
     plans = "with the standard load cases" if settings.loads else "without load cases"
     if settings.friction_safety is not None:
         plans += f", cones of μ/{settings.friction_safety:g}"

@@ -268,7 +268,7 @@ class ProblemPanel:
         usable = usable_synergy_sets(hand)
         self.synergy_set.options = usable if named in usable else (named, *usable)
         self._set("synergy_set", self.synergy_set, named)
-        contacts = problem.contact_set or hand.contact_set_names[0]
+        contacts = problem.contact_set_name
         self.contact_set.options = hand.contact_set_names
         self._set("contact_set", self.contact_set, contacts)
         names = tuple(frame.name for frame in hand.contact_frames(contacts))
