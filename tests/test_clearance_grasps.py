@@ -9,7 +9,7 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.evaluation.state import StateEvaluator
-from grasp_planner.judge.clearance_check import penetration
+from grasp_planner.judge.clearance_check import hand_clearances, penetration
 from grasp_planner.planning.least_squares import restore_feasibility
 from grasp_planner.planning.phase_one import opposition
 from grasp_planner.records.grasp_record import grasp_record
@@ -184,3 +184,15 @@ def test_five_synergies_keep_clear_of_every_kind_of_object(hand, contact_set, ki
     found = plan_case(case, cpu_limit_s=60.0, enough=1)
     assert found.feasible, found
     assert found.max_violation < 1e-6 and found.penetration < 1e-4
+
+
+@pytest.mark.parametrize("text", ["cylinder:radius=0.03,height=0.12", "sphere:radius=0.032"])
+def test_by_default_nothing_of_the_hand_lies_inside_the_object(right, text):
+    """Links that touch are exempt from clearance; a point fingertip would hide its pad in there."""
+    problem = gp.GraspProblem(right, gp.parse_object(text))
+    assert problem.contact_set_name == "sphere"
+    assert gp.GraspProblem.paper(right, gp.Cylinder()).contact_set_name == "point"
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(enough=1))
+    assert grasp.feasible
+    found = hand_clearances(problem, grasp.joint_angles, grasp.palm_pose)
+    assert min(each.distance for each in found if each.kind == "link_object") > -1e-6
