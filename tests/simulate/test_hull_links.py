@@ -1,5 +1,6 @@
 """Links of a hand that MuJoCo does not know by their name: convex hulls of meshes, and joints that slide."""
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.spatial import ConvexHull
 
 import grasp_planner as gp
 from grasp_planner.collision.link_shapes import LinkShape, shape_pairs
+from grasp_planner.hand.description import CollisionDescription
 from grasp_planner.hand.hull_fit import fit_hull
 from grasp_planner.hand.loading import loaded_hand
 from grasp_planner.planning.starts import standard_start
@@ -73,6 +75,48 @@ def test_hulls_that_overlap_at_rest_do_not_push_each_other(tmp_path):
     xml = ElementTree.fromstring(build_scene(grasp, PLAN).xml)
     pairs = (frozenset((pair.get("geom1"), pair.get("geom2"))) for pair in xml.iter("pair"))
     assert {pair for pair in pairs if all(name.startswith("solid_") for name in pair)} == wanted
+
+
+def standing(problem):
+    """The grasp that a hand stands in before any search."""
+    start = standard_start(problem)
+    return gp.Grasp(problem, start.joint_angles, start.palm_pose, start.delta_sigma)
+
+
+def simulated_pairs(grasp):
+    """Pairs of geometries that may touch in the simulation, by name."""
+    xml = ElementTree.fromstring(build_scene(grasp, PLAN).xml)
+    return {frozenset((pair.get("geom1"), pair.get("geom2"))) for pair in xml.iter("pair")}
+
+
+def test_neighbours_that_overlap_at_rest_do_not_collide_though_nothing_ignores_them(tmp_path):
+    """The hulls of two phalanges share the joint between them; those of two fingers are apart and collide."""
+    loaded = loaded_hand(write_hand(tmp_path, "mesh_links"))
+    every = loaded.hand.description.model_copy(update={"collision": CollisionDescription()})
+    hand = replace(loaded.hand, description=every)
+    problem = gp.GraspProblem(hand, gp.parse_object(loaded.first_object))
+    pairs = simulated_pairs(standing(problem))
+
+    def collide(first, second):
+        return any(all(any(f"_{link}_" in name for name in pair) for link in (first, second)) for pair in pairs)
+
+    for finger in ("thumb", "left", "right"):
+        assert not collide(f"{finger}_1", f"{finger}_2")
+    assert collide("left_2", "thumb_2")
+
+
+def test_the_ball_of_a_patch_touches_the_object_only(tmp_path):
+    """It is the link's surface there only; a whole ball of a fingertip also meets the other links."""
+    loaded = loaded_hand(write_hand(tmp_path, "flat_pads"))
+    patches = gp.GraspProblem(loaded.hand, gp.parse_object(loaded.first_object))
+    balls = gp.GraspProblem(gp.load_hand("tendon_hand"), gp.Sphere(radius=0.03))
+    for problem, whole in ((patches, False), (balls, True)):
+        assert all((frame.patch is None) == whole for frame in problem.frames)
+        pairs = simulated_pairs(standing(problem))
+        for frame in problem.frames:
+            others = {name for pair in pairs if f"tip_{frame.name}" in pair for name in pair} - {f"tip_{frame.name}"}
+            assert "object_0" in others
+            assert (others != {"object_0"}) == whole
 
 
 def test_a_joint_that_slides_has_the_axis_it_slides_along(tmp_path):
