@@ -8,7 +8,8 @@ from pathlib import Path
 import click
 
 from ..exceptions import GraspPlannerError
-from ..hand.loading import locked_joints
+from ..hand.loading import loaded_hand, locked_joints
+from ..planning.side_contacts import said_of, with_planned_contacts
 from .output import write_or_print
 
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -30,7 +31,8 @@ def check_command(
 ) -> None:
     """Find fingers, tips, couplings and limits of a URDF, propose a description and say what is missing.
 
-    Exit code 1 if the URDF can't be used as it is.
+    With --toml the contacts are those that planning uses: where the pads of a hand with one motor hold nothing, a short
+    search moves them, and a line says so. Exit code 1 if the URDF can't be used as it is.
     """
     from ..drawing.hand_check_picture import save_hand_picture
     from ..hand.check import check_hand
@@ -45,7 +47,14 @@ def check_command(
             click.echo(line)
         if not check.usable:
             sys.exit(1)
-        proposal = proposed_description(check, description.parent if description else None)
+        planned = None
+        if description is not None:
+            loaded = loaded_hand(urdf, locked_joints(locks))
+            hand = with_planned_contacts(loaded)
+            planned = hand.description
+            for line in said_of(loaded.hand, hand):
+                click.echo(line)
+        proposal = proposed_description(check, description.parent if description else None, planned)
         if picture is not None:
             save_hand_picture(check, picture)
     except GraspPlannerError as error:

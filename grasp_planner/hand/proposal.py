@@ -24,12 +24,13 @@ GUESSES = {
 """Comments of the tables of a derived description."""
 
 
-def proposed_description(check: HandCheck, folder: Path | None = None) -> str:
+def proposed_description(check: HandCheck, folder: Path | None = None, planned: HandDescription | None = None) -> str:
     """Return the text of a description file (TOML) for a hand.
 
     Args:
         check: A check without errors.
         folder: Folder the file will be in; that of the URDF if left out.
+        planned: A description whose contact sets are written in place of those of the check.
 
     Returns:
         The text; what is derived says so, repairs stand at its head.
@@ -37,6 +38,8 @@ def proposed_description(check: HandCheck, folder: Path | None = None) -> str:
     assert check.description is not None
     beside = folder is None or folder.resolve() == check.path.parent.resolve()
     description = check.description
+    if planned is not None:
+        description = description.model_copy(update={"contact_sets": planned.contact_sets})
     if not beside:
         description = description.model_copy(update={"urdf": str(check.path.resolve())})
     head = [f"# Derived from {check.path.name}; correct what is wrong. SI units: m, rad, N."]

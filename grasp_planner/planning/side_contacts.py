@@ -15,12 +15,13 @@ import numpy as np
 
 from ..hand.description import ContactDescription
 from ..hand.hand import Hand
-from ..hand.loading import URDF_ENDINGS
+from ..hand.loading import URDF_ENDINGS, LoadedHand
 from ..hand.skin import Skin, with_contact_sets
 from ..model.contact_model import HardFinger
 from ..multistart.pool import Pool
 from ..multistart.problem_rows import BatchedProblem
 from ..multistart.states import States
+from ..objects import parse_object
 from ..problem.problem import GraspProblem
 from .attempt import Attempt
 from .phase_one import settle
@@ -70,6 +71,19 @@ def moved_contacts(problem: GraspProblem, rng: np.random.Generator, check: Check
         if score >= (TRIED, len(states) // 2):
             break
     return best
+
+
+def with_planned_contacts(loaded: LoadedHand) -> Hand:
+    """Return the hand with the contacts that planning a grasp of its first object would move.
+
+    Args:
+        loaded: A hand from a URDF.
+
+    Returns:
+        The hand with moved contacts; the same if its contacts serve, or if planning moves none of such a hand.
+    """
+    problem = GraspProblem(loaded.hand, parse_object(loaded.first_object))
+    return moved_contacts(problem, np.random.default_rng(0)).hand
 
 
 def said_of(before: Hand, after: Hand) -> tuple[str, ...]:

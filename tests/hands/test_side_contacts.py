@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import grasp_planner as gp
+from grasp_planner.batch import GraspCase, RunRows, run_batch
 from grasp_planner.cli.main import main
 from grasp_planner.collision.link_shapes import link_shapes
 from grasp_planner.evaluation.clearance import _thinned
@@ -110,6 +111,38 @@ def test_a_file_keeps_the_contacts_that_were_moved(path, moved):
         assert again.problem.frames == moved.frames
         assert again.problem.frames != gp.load_hand(path).contact_frames()
         assert grasp_record(again).hand_source == grasp_record(grasp).hand_source
+
+
+def test_the_written_description_has_the_moved_contacts(path, moved, tmp_path):
+    """The TOML stands for what is planned: its contacts are those that the planner moves to, and stay."""
+    file = tmp_path / "written.toml"
+    answer = CliRunner().invoke(main, ["hand", "check", str(path), "--toml", str(file)])
+    assert answer.exit_code == 0, answer.output
+    assert "moved beside the pads" in answer.output
+    written = gp.load_hand(file)
+    assert written.description.contact_sets == moved.hand.description.contact_sets
+    again = gp.GraspProblem(written, moved.grasp_object)
+    assert moved_contacts(again, np.random.default_rng(0)) is again
+
+
+def test_the_description_of_a_hand_whose_pads_serve_is_the_derived_one(tmp_path):
+    file = tmp_path / "written.toml"
+    urdf = write_hand(tmp_path, "mesh_links")
+    answer = CliRunner().invoke(main, ["hand", "check", str(urdf), "--toml", str(file)])
+    assert answer.exit_code == 0, answer.output
+    assert "moved beside the pads" not in answer.output
+    assert gp.load_hand(file).description.contact_sets == gp.load_hand(urdf).description.contact_sets
+
+
+@pytest.mark.slow
+def test_a_batch_moves_contacts(path, problem, moved, tmp_path):
+    """A case of the bare URDF is planned with the moved contacts, and so are those its row opens with."""
+    settings = {"enough": 1}
+    case = GraspCase(hand=str(path), object=problem.grasp_object.text, n_synergies=1, settings=settings)
+    run_batch([case], tmp_path / "run", workers=1)
+    grasp, _ = RunRows(tmp_path / "run", row=0).grasp()
+    assert grasp.feasible
+    assert grasp.problem.frames == moved.frames
 
 
 @pytest.mark.slow
