@@ -72,6 +72,7 @@ STAINS = {
     "tangency": lambda grasp: {"contacts": replace(grasp.contacts, normals=np.full((5, 3), NAN))},
     "edge": lambda grasp: {"surface_contacts": replace(grasp.contacts, points=last_nan(grasp.contacts.points))},
     "friction": lambda grasp: {"friction_margins": last_nan(grasp.friction_margins)},
+    "finger_share": lambda grasp: {"normal_forces": last_nan(grasp.normal_forces)},
     "joint_limit": lambda grasp: {"joint_angles": last_nan(grasp.joint_angles)},
     "abduction_order": lambda grasp: {"joint_angles": np.full(15, NAN)},
     "tension": lambda grasp: {"sigma": last_nan(grasp.sigma)},

@@ -90,7 +90,7 @@ def test_with_clearance_the_page_says_so(tmp_path, monkeypatch):
     assert result.exit_code == 0, result.output
     rows = json.loads((tmp_path / "reproduce.json").read_text())
     assert [row["feasible"] for row in rows] == [True] * len(cells)
-    assert {row["synergy_set"] for row in rows} == {"native_clear"}
+    assert {row["synergy_set"] for row in rows} == {"native_free"}
     for page in ("reproduce.md", "reproduce.html"):
         text = (tmp_path / page).read_text()
         assert "clearance links" in text and "Remarks 1 and 2 are on" in text and PLAIN not in text

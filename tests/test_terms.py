@@ -206,7 +206,7 @@ def test_what_is_judged_follows_the_problem(right):
         "equilibrium_moment",
     }
     safe = {term.name for term in judged_requirements(gp.GraspProblem(right, gp.Cylinder()))}
-    clear = {"link_object", "self_collision", "tip_patch"}
+    clear = {"link_object", "self_collision", "tip_patch", "contact_off_link"}
     assert safe - plain == clear | {"load_friction", "load_min_normal", "load_max_normal", "load_torque"}
 
 

@@ -180,6 +180,15 @@ class HandDescription(_Strict):
     synergies: SynergyFiles = SynergyFiles()
     collision: CollisionDescription = CollisionDescription()
 
+    def default_contact_set(self, clearance: bool) -> str | None:
+        """Return the name of the contact set of a problem that names none; None for a hand without sets.
+
+        Args:
+            clearance: Whether links keep clear by their real geometry.
+        """
+        clear = self.contact_set_with_clearance if clearance else None
+        return clear or next(iter(self.contact_sets), None)
+
 
 def read_hand_description(path: Path) -> HandDescription:
     """Read and check a hand description.

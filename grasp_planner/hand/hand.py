@@ -151,15 +151,6 @@ class Hand(Value):
         """
         return self.coupling @ q + self.coupling_offset
 
-    def default_contact_set(self, clearance: bool) -> str | None:
-        """Return the name of the contact set of a problem that names none; None for a hand without sets.
-
-        Args:
-            clearance: Whether links keep clear by their real geometry.
-        """
-        clear = self.description.contact_set_with_clearance if clearance else None
-        return clear or next(iter(self.description.contact_sets), None)
-
     def contact_frames(self, set_name: str | None = None) -> tuple[ContactFrame, ...]:
         """Return the contact frames of one set.
 

@@ -7,6 +7,7 @@ import numpy as np
 from ..evaluation.edge_reserve import edge_reserve, edge_reserve_slope, edges_count
 from ..model.compliance import bent, softened
 from ..problem.cone_reserve import cone_reserve
+from ..problem.finger_share import shares_removed, wants_shares
 from ..problem.problem import GraspProblem
 from ..problem.tendon_drive import driving_tendons, tension_map
 from ..problem.term import METRE, NEWTON, NEWTON_METRE, ONE, RADIAN, Unit
@@ -24,6 +25,7 @@ UNITS: dict[str, Unit] = {
     "equilibrium_force": NEWTON,
     "equilibrium_moment": NEWTON_METRE,
     "friction": NEWTON,
+    "finger_share": NEWTON,
     "region": METRE,
     "edge": RADIAN,
     "abduction_order": RADIAN,
@@ -75,6 +77,7 @@ class BatchedProblem:
             Rows("equilibrium_force", contacts.balance[:, :3], contacts.d_balance[:, :3], equality=True),
             Rows("equilibrium_moment", contacts.balance[:, 3:], contacts.d_balance[:, 3:], equality=True),
             Rows("friction", *contacts.cone_margins(problem.friction - cone_reserve(problem))),
+            *self._shares(contacts),
             *self._region(contacts),
             *self._edge(contacts),
         ]
@@ -102,6 +105,13 @@ class BatchedProblem:
             kept = np.isfinite(room)
             found.append(Rows("tension", off @ rows[kept].T + room[kept], rows[kept] @ slope))
         return found
+
+    def _shares(self, contacts: BatchedContacts) -> list[Rows]:
+        """Return what normal forces have more than their least share."""
+        if not wants_shares(self.problem):
+            return []
+        kept = shares_removed(self.problem)
+        return [Rows("finger_share", contacts.normal_forces @ kept.T, kept @ contacts.d_normal_forces)]
 
     def _region(self, contacts: BatchedContacts) -> list[Rows]:
         """Return how far contacts are inside the part of the surface that may be touched."""

@@ -190,7 +190,7 @@ class GraspProblem(Value):
     @property
     def contact_set_name(self) -> str | None:
         """Name of the contact set in use; None for a hand without sets."""
-        return self.contact_set or self.hand.default_contact_set(self.clearance.link_object == "geometry")
+        return self.contact_set or self.hand.description.default_contact_set(self.clearance.link_object == "geometry")
 
     @property
     def synergy_set_name(self) -> str | None:

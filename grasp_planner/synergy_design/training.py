@@ -138,9 +138,9 @@ def object_scale(hand: Hand, contact_set: str | None = None) -> float:
 
     Args:
         hand: The hand; at the mean posture of its closing set it is about as wide as what it holds.
-        contact_set: Contact set; the hand's default with clear links if left out.
+        contact_set: Contact set; the hand's first if left out.
     """
-    frames = hand.contact_frames(contact_set or hand.default_contact_set(clearance=True))
+    frames = hand.contact_frames(contact_set)
     first, *others = HandConfiguration(hand, hand.synergies(CLOSING).mean).contact_centres(frames)
     width = np.linalg.norm(first - np.mean(others, axis=0)) - frames[0].radius - np.mean([f.radius for f in frames[1:]])
     return float(np.clip(width / USUAL_WIDTH, *SCALES))

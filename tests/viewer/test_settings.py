@@ -24,7 +24,7 @@ SEARCH = {each.key: each for each in settings_of(gp.PlannerOptions)}
 OTHERS = {
     "n_synergies": 7,
     "synergy_set": "native",
-    "contact_set": "sphere",
+    "contact_set": "point",
     "contacts": ("thumb", "index", "middle"),
     "friction": (0.5, 0.6, 0.7, 0.8, 0.9),
     "contact_model": SoftFinger(torsion=0.004),
@@ -84,7 +84,7 @@ def values_of(problem):
             value = getattr(problem.parameters, each.name)
         found[key] = np.asarray(value).tolist() if each.name == "gravity" else value
     found["synergy_set"] = problem.synergy_set_name
-    found["contact_set"] = problem.contact_set or problem.hand.contact_set_names[0]
+    found["contact_set"] = problem.contact_set_name
     return found | {
         "hand": problem.hand.name,
         "object": problem.grasp_object.text,
