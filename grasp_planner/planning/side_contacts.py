@@ -13,6 +13,7 @@ from itertools import islice
 
 import numpy as np
 
+from ..exceptions import InvalidValueError
 from ..hand.description import ContactDescription
 from ..hand.hand import Hand
 from ..hand.loading import URDF_ENDINGS, LoadedHand
@@ -80,9 +81,13 @@ def with_planned_contacts(loaded: LoadedHand) -> Hand:
         loaded: A hand from a URDF.
 
     Returns:
-        The hand with moved contacts; the same if its contacts serve, or if planning moves none of such a hand.
+        The hand with moved contacts; the same if its contacts serve, if planning moves none of such a hand, or if they
+        are too few for a grasp.
     """
-    problem = GraspProblem(loaded.hand, parse_object(loaded.first_object))
+    try:
+        problem = GraspProblem(loaded.hand, parse_object(loaded.first_object))
+    except InvalidValueError:
+        return loaded.hand
     return moved_contacts(problem, np.random.default_rng(0)).hand
 
 

@@ -14,9 +14,9 @@ from grasp_planner.collision.link_shapes import link_shapes
 from grasp_planner.evaluation.clearance import _thinned
 from grasp_planner.hand.contact_frame import SKIN, find_contact_frame
 from grasp_planner.hand.hull_fit import surface_distance
-from grasp_planner.hand.loading import loaded_hand
-from grasp_planner.hand.skin import Skin
-from grasp_planner.planning.side_contacts import moved_contacts, said_of
+from grasp_planner.hand.loading import LoadedHand, loaded_hand
+from grasp_planner.hand.skin import Skin, with_contact_sets
+from grasp_planner.planning.side_contacts import moved_contacts, said_of, with_planned_contacts
 from grasp_planner.records.grasp_files import parse_grasp_record
 from grasp_planner.records.grasp_record import grasp_record
 from grasp_planner.viewer.planning import _content, _grasp
@@ -132,6 +132,13 @@ def test_the_description_of_a_hand_whose_pads_serve_is_the_derived_one(tmp_path)
     assert answer.exit_code == 0, answer.output
     assert "moved beside the pads" not in answer.output
     assert gp.load_hand(file).description.contact_sets == gp.load_hand(urdf).description.contact_sets
+
+
+def test_a_hand_with_too_few_contacts_is_written_as_it_is(path, problem):
+    """Of two hard contacts no grasp is made; the description is written all the same, to be corrected."""
+    contacts = dict(list(problem.hand.description.contact_sets["sphere"].items())[:2])
+    hand = with_contact_sets(problem.hand, {"sphere": contacts})
+    assert with_planned_contacts(LoadedHand(hand, loaded_hand(path).first_object)) is hand
 
 
 @pytest.mark.slow
