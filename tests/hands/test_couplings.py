@@ -54,7 +54,7 @@ def test_the_recipes_of_the_guide_are_descriptions(tmp_path):
     recipes = guide.partition("## Recipes for couplings")[2].partition("\n## ")[0]
     plain = tomllib.loads(proposed_description(check_hand(write_hand(tmp_path, "tendon"))))
     blocks = [tomllib.loads(text) for text in re.findall(r"```toml\n(.*?)```", recipes, re.DOTALL)]
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     for block in blocks:
         HandDescription.model_validate(plain | block)
 
