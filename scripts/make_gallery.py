@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 import grasp_planner as gp
 from grasp_planner.drawing.picture import draw_grasp
+from grasp_planner.planning.trade import task_angle
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 HANDS = {"dlr_hit_ii_right": "DLR/HIT II", "allegro_right": "Allegro", "tendon_hand": "three fingers, four tendons"}
@@ -83,7 +84,7 @@ class Row:
             name=name,
             n_synergies=problem.n_synergies,
             grasp=grasp,
-            best=min((grasp, *(each for each in found if each.feasible)), key=angle_deg),
+            best=min((grasp, *(each for each in found if each.feasible)), key=task_angle),
             ratio=grasp.force_norm / (least or grasp.force_norm),
             share=float(normal.min() / normal.sum()),
             stops=int((room < np.radians(NEAR_STOP_DEG)).sum()),
@@ -94,7 +95,7 @@ class Row:
     @property
     def serves(self) -> bool:
         """Whether no start found a better angle."""
-        return angle_deg(self.grasp) <= angle_deg(self.best) + SAME_ANGLE_DEG
+        return task_angle(self.grasp) <= task_angle(self.best) + SAME_ANGLE_DEG
 
     @property
     def cells(self) -> tuple[str, ...]:
@@ -106,8 +107,8 @@ class Row:
             str(self.n_synergies),
             f"{self.grasp.force_norm:.2f}",
             f"{self.ratio:.2f}",
-            f"{angle_deg(self.grasp):.0f}",
-            "" if self.serves else f"{angle_deg(self.best):.0f}° at {self.best.force_norm:.1f} N",
+            f"{task_angle(self.grasp):.0f}",
+            "" if self.serves else f"{task_angle(self.best):.0f}° at {self.best.force_norm:.1f} N",
             f"{100 * self.share:.0f}",
             str(self.stops),
             f"{100 * self.torque:.0f}",
@@ -119,11 +120,6 @@ HEAD = (
     *("object", "n_s", "F [N]", "F / least", "angle [°]", "a better angle"),
     *("least finger [%]", "on stops", "torque [%]", "closes"),
 )
-
-
-def angle_deg(grasp: gp.Grasp) -> float:
-    """Return the angle between the task and its ellipsoid [degrees]."""
-    return grasp.alignments[0][0]
 
 
 def planned(hand: str, name: str, n_synergies: int | None) -> Row:

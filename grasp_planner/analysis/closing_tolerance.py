@@ -19,8 +19,8 @@ from ..closing.closing import close_grasp
 from ..closing.path import ReferencePath
 from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
-from ..spatial import Array, Pose, rotation_exp
-from .off_plan import resized
+from ..spatial import Array
+from .off_plan import grown, palm_moved, resized
 
 FIRST, LEAST, ACCURACY = 1 / 32, 1 / 512, 0.1
 """First error tried, as a share of the largest, from which on it doubles, and the least; how far apart held and lost
@@ -132,23 +132,17 @@ def _first_loss(grasp: Grasp, error: float, off: Off, ways: Array, loss: Loss) -
 
 def _shifted(grasp: Grasp, error: float, way: Array) -> Grasp:
     """Return the grasp with its palm shifted [mm]."""
-    return replace(grasp, palm_pose=Pose(grasp.palm_pose.rotation, grasp.palm_pose.translation + 1e-3 * error * way))
+    return palm_moved(grasp, 1e-3 * error * way, np.zeros(3))
 
 
 def _turned(grasp: Grasp, error: float, way: Array) -> Grasp:
     """Return the grasp with its palm turned about its own origin [degrees]."""
-    turn = rotation_exp(np.radians(error) * way)
-    return replace(grasp, palm_pose=Pose(turn @ grasp.palm_pose.rotation, grasp.palm_pose.translation))
+    return palm_moved(grasp, np.zeros(3), np.radians(error) * way)
 
 
 def _grown(sign: float) -> Off:
     """Return what moves the object's surface out or in [mm]."""
-
-    def grown(grasp: Grasp, error: float, _: Array) -> Grasp:
-        thing = resized(grasp.problem.grasp_object, sign * 1e-3 * error)
-        return replace(grasp, problem=replace(grasp.problem, grasp_object=thing))
-
-    return grown
+    return lambda grasp, error, _: grown(grasp, sign * 1e-3 * error)
 
 
 def _powered(change: Callable[[Grasp, float], Grasp], sign: float) -> Off:

@@ -9,7 +9,7 @@ import numpy as np
 from ..checks import positive
 from ..grasp.grasp import Grasp
 from ..objects import Box, Capsule, Cylinder, GraspObject, Sphere
-from ..spatial import Pose, rotation_exp
+from ..spatial import Array, Pose, rotation_exp
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,22 @@ def off_plan(grasp: Grasp, errors: Errors, sign: float, rng: np.random.Generator
         rng: Source of the directions.
     """
     way, axis = rng.normal(size=(2, 3))
-    turn = rotation_exp(np.radians(errors.turn_deg) * axis / np.linalg.norm(axis))
-    moved = grasp.palm_pose.translation + errors.palm * way / np.linalg.norm(way)
-    problem = replace(grasp.problem, grasp_object=resized(grasp.problem.grasp_object, sign * errors.radius))
-    return replace(grasp, problem=problem, palm_pose=Pose(turn @ grasp.palm_pose.rotation, moved), search=None)
+    shift = errors.palm * way / np.linalg.norm(way)
+    turn = np.radians(errors.turn_deg) * axis / np.linalg.norm(axis)
+    return grown(palm_moved(grasp, shift, turn), sign * errors.radius)
+
+
+def palm_moved(grasp: Grasp, shift: Array, turn: Array) -> Grasp:
+    """Return a grasp with its palm shifted [m] and turned about its own origin [rad], both in O and of shape (3,)."""
+    pose = grasp.palm_pose
+    moved = Pose(rotation_exp(turn) @ pose.rotation, pose.translation + shift)
+    return replace(grasp, palm_pose=moved, search=None)
+
+
+def grown(grasp: Grasp, by: float) -> Grasp:
+    """Return a grasp of an object whose surface lies farther out [m]."""
+    problem = replace(grasp.problem, grasp_object=resized(grasp.problem.grasp_object, by))
+    return replace(grasp, problem=problem, search=None)
 
 
 def resized(grasp_object: GraspObject, by: float) -> GraspObject:

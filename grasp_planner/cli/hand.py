@@ -8,8 +8,7 @@ from pathlib import Path
 import click
 
 from ..exceptions import GraspPlannerError
-from ..hand.loading import loaded_hand, locked_joints
-from ..planning.side_contacts import said_of, with_planned_contacts
+from ..hand.loading import checked_hand, locked_joints
 from .output import write_or_print
 
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -37,6 +36,7 @@ def check_command(
     from ..drawing.hand_check_picture import save_hand_picture
     from ..hand.check import check_hand
     from ..hand.proposal import proposed_description, report_lines
+    from ..planning.side_contacts import said_of, with_planned_contacts
 
     for path in (description, picture):
         if path is not None and path.exists() and not force:
@@ -49,7 +49,7 @@ def check_command(
             sys.exit(1)
         planned = None
         if description is not None:
-            loaded = loaded_hand(urdf, locked_joints(locks))
+            loaded = checked_hand(check)
             hand = with_planned_contacts(loaded)
             planned = hand.description
             for line in said_of(loaded.hand, hand):

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
-import numpy as np
 
 from ..exceptions import InvalidValueError
 from ..hand.loading import loaded_hand, locked_joints
@@ -148,10 +147,9 @@ def _on_table(thing: GraspObject, given: dict[str, Any]) -> dict[str, Any]:
     gravity = GraspParameters().gravity
     if "gravity" in given:
         gravity = PROBLEM_SETTINGS["gravity"].of_plain(given["gravity"])
-    size = float(np.linalg.norm(gravity))
     up = ", ".join(f"{x:.3g}" for x in pose.up + 0.0)
     click.echo(f"derived: stands with ({up}) up, its centre of mass {pose.height:.3g} m above the table", err=True)
-    return {"gravity": (-size * pose.up).tolist(), "clearance.ground": -pose.height}
+    return {"gravity": pose.gravity(gravity).tolist(), "clearance.ground": -pose.height}
 
 
 def planner_options(arguments: dict[str, Any]) -> PlannerOptions:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -27,6 +26,7 @@ from ..simulate import (
 )
 from ..simulate.engine import load_mujoco
 from .grasp_file import HAND, opened_grasp
+from .margins import new_table
 from .output import check_writable, write_or_print
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def print_simulation(console: Console, found: Simulation) -> None:
     console.print(summary, highlight=False)
     if found.rest is None:
         return
-    forces = _table("normal forces at rest [N]", ("contact", "predicted", "simulated", "friction used"))
+    forces = new_table("normal forces at rest [N]", ("contact", "predicted", "simulated", "friction used"))
     rest = found.rest
     columns = (rest.predicted_normal_forces, rest.normal_forces, rest.friction_use)
     for frame, predicted, simulated, used in zip(found.grasp.problem.frames, *columns, strict=True):
@@ -177,7 +177,7 @@ def print_simulation(console: Console, found: Simulation) -> None:
 def _print_survival(console: Console, grasp: Grasp, samples: int) -> int:
     """Print what of a closing survives errors and return the exit code: passed if it closes as planned."""
     title = "closing around the free object, then pushes; around the object on its table, then lifted and shaken"
-    table = _table(title, ("off the plan", "survived", "first failure"))
+    table = new_table(title, ("off the plan", "survived", "first failure"))
     table.columns[-1].no_wrap = False
     rows = survival(grasp, samples=samples)
     for row in rows:
@@ -195,7 +195,7 @@ def _gate_text(gate: GateReport, table: bool) -> str:
 def _direction_table(found: Simulation) -> Table:
     """Return the table of pushes."""
     columns = ("push", "load", "held", "moved [mm]", "turned [°]", "held up to", "lost at")
-    table = _table("pushes: forces \\[N], torques \\[N mm]", columns)
+    table = new_table("pushes: forces \\[N], torques \\[N mm]", columns)
     for report in found.directions:
         scale, digits = (1.0, 2) if report.kind == "force" else (1e3, 1)
         lost = report.load_lost
@@ -214,18 +214,10 @@ def _direction_table(found: Simulation) -> Table:
 
 def _shake_table(found: Simulation) -> Table:
     """Return the table of shakes."""
-    table = _table(f"shaken, {found.protocol.shake:g} m/s²", ("along", "held", "moved [mm]", "turned [°]"))
+    table = new_table(f"shaken, {found.protocol.shake:g} m/s²", ("along", "held", "moved [mm]", "turned [°]"))
     for report in found.directions:
         held = "[green]yes[/]" if report.held else "[red]no[/]"
         table.add_row(report.direction, held, f"{1e3 * report.displacement:.2f}", f"{report.rotation_deg:.2f}")
-    return table
-
-
-def _table(title: str, columns: tuple[str, ...]) -> Table:
-    """Return a narrow table: the first column names, the others hold numbers."""
-    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for index, column in enumerate(columns):
-        table.add_column(column, justify="right" if index else "left", no_wrap=True)
     return table
 
 

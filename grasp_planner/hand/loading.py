@@ -13,7 +13,7 @@ import pinocchio as pin
 from ..checks import finite_array, unit_vector
 from ..exceptions import InvalidValueError, NameNotFoundError
 from ..spatial import Pose, readonly
-from .check import derived_hand
+from .check import HandCheck, derived_hand
 from .contact_frame import frame_index
 from .coupling import joint_coupling, joint_limits
 from .description import HandDescription, find_hand, read_hand_description
@@ -109,6 +109,12 @@ def loaded_hand(name_or_path: str | Path, locked: Mapping[str, float] | None = N
     urdf = read_urdf(file, description.locked | locks, description.couplings)
     hand = hand_of(description.model_copy(update={"locked": urdf.locked}), urdf, path)
     return LoadedHand(replace(hand, findings=tuple(f"repair: {line}" for line in urdf.repairs)))
+
+
+def checked_hand(check: HandCheck) -> LoadedHand:
+    """Return the hand of a check without errors, which has read the URDF and derived its description already."""
+    assert check.urdf is not None and check.derived is not None
+    return LoadedHand(hand_of(check.derived.description, check.urdf, check.path), check.derived.first_object())
 
 
 def hand_of(description: HandDescription, urdf: UrdfFile, path: Path) -> Hand:

@@ -187,6 +187,10 @@ class GraspObject(Value, ABC):
     def half_extents(self) -> Array:
         """Half the edges of the bounding box in O [m], of shape (3,)."""
 
+    def reach(self, way: Array) -> float:
+        """Return how far it reaches from its centre of mass along a unit vector of shape (3,) [m]."""
+        return float((np.asarray(self.mesh.vertices) @ way).max())
+
     @property
     def length_scale(self) -> float:
         """A characteristic length [m]: the smallest half extent."""

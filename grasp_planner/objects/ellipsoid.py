@@ -64,6 +64,10 @@ class EllipsoidObject(GraspObject):
         hessian = np.linalg.solve(np.eye(3) + distance[:, None, None] * shape, shape)
         return SurfaceSample(distance, normal, hessian)
 
+    def reach(self, way: Array) -> float:
+        """Return how far it reaches along a unit vector; see the base class."""
+        return float(np.linalg.norm(self.half_extents * way))
+
     @property
     def half_extents(self) -> Array:
         """Half the edges of the bounding box [m]."""

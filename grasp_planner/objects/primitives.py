@@ -41,6 +41,10 @@ class Sphere(GraspObject):
         distance, gradient, hessian = vector_lengths(points, np.ones(3))
         return SurfaceSample(distance - self.radius, gradient, hessian)
 
+    def reach(self, way: Array) -> float:
+        """Return how far it reaches along a unit vector; see the base class."""
+        return self.radius
+
     @property
     def half_extents(self) -> Array:
         """Half the edges of the bounding box [m]."""
@@ -130,6 +134,10 @@ class Cylinder(GraspObject):
         gradient[:, 0, 2], gradient[:, 1, 2] = -1.0, 1.0
         return np.stack([limit - points[:, 2], limit + points[:, 2]], axis=-1), gradient
 
+    def reach(self, way: Array) -> float:
+        """Return how far it reaches along a unit vector; see the base class."""
+        return float(self.radius * np.hypot(way[0], way[1]) + 0.5 * self.height * abs(way[2]))
+
     @property
     def half_extents(self) -> Array:
         """Half the edges of the bounding box in O [m]."""
@@ -174,6 +182,10 @@ class Capsule(GraspObject):
         axes[:, 2] = over > 0.0
         distance, gradient, hessian = vector_lengths(arms, axes)
         return SurfaceSample(distance - self.radius, gradient, hessian)
+
+    def reach(self, way: Array) -> float:
+        """Return how far it reaches along a unit vector; see the base class."""
+        return float(self.radius + 0.5 * self.height * abs(way[2]))
 
     @property
     def half_extents(self) -> Array:
@@ -233,6 +245,10 @@ class Box(GraspObject):
         gradient = np.where(inside[:, None], face, direction) * sign
         hessian = np.where(inside[:, None, None], 0.0, hessian) * sign[:, :, None] * sign[:, None, :]
         return SurfaceSample(distance, gradient, hessian)
+
+    def reach(self, way: Array) -> float:
+        """Return how far it reaches along a unit vector; see the base class."""
+        return float((self.half_extents - self.edge) @ np.abs(way) + self.edge)
 
     @property
     def half_extents(self) -> Array:

@@ -35,6 +35,10 @@ class RestingPose(Value):
     up: Array
     height: float
 
+    def gravity(self, like: Array) -> Array:
+        """Return a gravity towards the table as strong as another one [m/s²], both of shape (3,)."""
+        return -float(np.linalg.norm(like)) * self.up
+
 
 def resting_poses(thing: GraspObject) -> tuple[RestingPose, ...]:
     """Return the poses in which an object stands on one of the flat sides of its hull, the lowest first.

@@ -65,6 +65,11 @@ def force_closed(batched: BatchedProblem, found: States) -> bool:
     return force_closure_margin(points, contacts.normals[0], problem.friction, problem.contact_model) > 0.0
 
 
+def random_states(batched: BatchedProblem, number: int, rng: np.random.Generator) -> States:
+    """Return random starts with contacts that press along their normals."""
+    return pressing_states(batched, [random_start(batched.problem, rng) for _ in range(number)])
+
+
 def pressing_states(batched: BatchedProblem, starts: Sequence[GraspStart]) -> States:
     """Return starts with contacts that press along their normals."""
     states = States(

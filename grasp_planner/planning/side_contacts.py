@@ -26,8 +26,7 @@ from ..objects import parse_object
 from ..problem.problem import GraspProblem
 from .attempt import Attempt
 from .phase_one import settle
-from .pooled_starts import ROUND, WIDTH, pressing_states, start_of
-from .starts import random_start
+from .pooled_starts import ROUND, WIDTH, random_states, start_of
 
 STATES = 24
 """States found with whole fingertips."""
@@ -114,11 +113,8 @@ def _movable(problem: GraspProblem) -> bool:
 def _found(problem: GraspProblem, rng: np.random.Generator, check: Check, count: int) -> list[States]:
     """Return up to so many feasible states of a round of random starts."""
     batched = BatchedProblem(problem)
-
-    def make(number: int) -> States:
-        return pressing_states(batched, [random_start(problem, rng) for _ in range(number)])
-
-    return list(islice(Pool(batched, WIDTH).search(make, ROUND, check), count))
+    found = Pool(batched, WIDTH).search(lambda number: random_states(batched, number, rng), ROUND, check)
+    return list(islice(found, count))
 
 
 def _normals_in_links(problem: GraspProblem, states: Sequence[States]) -> list[list[np.ndarray]]:
@@ -139,9 +135,8 @@ def _with_contacts(
     """Return a problem with other contacts in place of those of its set."""
     hand = problem.hand
     sets = hand.description.contact_sets
-    name = problem.contact_set if problem.contact_set is not None else next(iter(sets))
     given = {skin.frame.name: contact for skin, contact in zip(skins, contacts, strict=True)}
-    changed = {key: value | given if key == name else value for key, value in sets.items()}
+    changed = {key: value | given if key == problem.contact_set_name else value for key, value in sets.items()}
     return replace(problem, hand=with_contact_sets(hand, changed))
 
 

@@ -50,7 +50,6 @@ def check_posture(
         posture: Its name.
         geometry: ``links`` for all solids of the hand, ``contacts`` for the fingertips only.
         limit: Largest overlap allowed [m].
-
         table: Whether there is a table under the object.
 
     Returns:

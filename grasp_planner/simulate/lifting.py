@@ -6,7 +6,7 @@ the links, feels −m a of the palm's acceleration a. Contacts then know how fas
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -52,14 +52,13 @@ def _shaken(world: World, begin: Snapshot, name: str, way: Array) -> DirectionRe
     """Shake along one axis: a sine that grows over its first period."""
     world.restore(begin)
     protocol = world.protocol
-    held, far, turned = world.within_limits, world.displacement, world.rotation_deg
-    for tick in range(round(protocol.shake_s / TICK_S)):
-        turns = (tick + 0.5) * TICK_S * protocol.shake_hz
-        world.accelerate(min(1.0, turns) * protocol.shake * np.sin(2.0 * np.pi * turns) * way)
-        world.run(TICK_S)
-        far, turned = max(far, world.displacement), max(turned, world.rotation_deg)
-        held = held and world.within_limits
-        if not held:
-            break
+
+    def ticks() -> Iterator[float]:
+        for tick in range(round(protocol.shake_s / TICK_S)):
+            turns = (tick + 0.5) * TICK_S * protocol.shake_hz
+            world.accelerate(min(1.0, turns) * protocol.shake * np.sin(2.0 * np.pi * turns) * way)
+            yield TICK_S
+
+    held, far, turned = world.watch(ticks())
     world.accelerate(np.zeros(3))
     return DirectionReport("shake", name, protocol.shake, held, far, turned)

@@ -61,14 +61,7 @@ def _push(world: World, begin: Snapshot, kind: str, name: str, unit: Array, load
     """Push with one load for the protocol's time."""
     world.restore(begin)
     world.push(load * unit)
-    held, last, far, turned = world.within_limits, 0.0, world.displacement, world.rotation_deg
-    for time in world.protocol.check_times:
-        world.run(time - last)
-        last = time
-        far, turned = max(far, world.displacement), max(turned, world.rotation_deg)
-        held = held and world.within_limits
-        if not held:
-            break
+    held, far, turned = world.watch(np.diff(world.protocol.check_times, prepend=0.0).tolist())
     world.push(np.zeros(6))
     return DirectionReport(kind, name, load, held, far, turned)
 

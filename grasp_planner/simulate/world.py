@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,6 +97,21 @@ class World:
         protocol = self.protocol
         gravity = self.grasp.problem.parameters.gravity if weighs and protocol.gravity else np.zeros(3)
         self.model.opt.gravity[:] = gravity
+
+    def watch(self, spans: Iterable[float]) -> tuple[bool, float, float]:
+        """Let time pass in spans [s] until the object is beyond the limits.
+
+        Returns:
+            Whether it stayed within them, its largest displacement [m], and its largest rotation [degrees].
+        """
+        held, far, turned = self.within_limits, self.displacement, self.rotation_deg
+        for span in spans:
+            self.run(span)
+            far, turned = max(far, self.displacement), max(turned, self.rotation_deg)
+            held = held and self.within_limits
+            if not held:
+                break
+        return held, far, turned
 
     def lower_table(self, way: float) -> None:
         """Put the table so far below where the object stood on it [m]."""

@@ -62,10 +62,10 @@ def on_table(problem: GraspProblem) -> GraspProblem:
         InvalidValueError: If the object stands on no side of its hull.
     """
     pose = resting_pose(problem.grasp_object)
-    size = float(np.linalg.norm(problem.parameters.gravity))
+    gravity = pose.gravity(problem.parameters.gravity)
     return replace(
         problem,
-        parameters=replace(problem.parameters, gravity=-size * pose.up),
+        parameters=replace(problem.parameters, gravity=gravity),
         clearance=replace(problem.clearance, ground=-pose.height),
     )
 

@@ -15,8 +15,7 @@ from ..multistart.problem_rows import BatchedProblem
 from ..multistart.states import States
 from ..objects import MeshObject, parse_object
 from ..planning.planner import plan_grasp
-from ..planning.pooled_starts import pressing_states
-from ..planning.starts import random_start
+from ..planning.pooled_starts import random_states
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
 from ..problem.problem import GraspProblem
@@ -111,7 +110,7 @@ def batch_speed(asked: str, problem: GraspProblem, width: int) -> BatchSpeed:
     batched = BatchedProblem(problem)
 
     def make(number: int) -> States:
-        return pressing_states(batched, [random_start(problem, rng) for _ in range(number)])
+        return random_states(batched, number, rng)
 
     evaluation = fastest(batched.rows, [make(width) for _ in range(REPEATS)], clock=time.process_time)
     pool = Pool(batched, width)

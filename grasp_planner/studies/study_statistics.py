@@ -42,14 +42,28 @@ class MarginPrediction:
 def prediction(rows: Sequence[StudyRow], margin: str) -> MarginPrediction:
     """Return how well a margin predicts what happens in simulation."""
     values, loads, passed = simulated(rows, margin)
-    rho = p_value = area = math.nan
-    if len(values) >= 3 and len(set(values.tolist())) > 1 and len(set(loads.tolist())) > 1:
-        result = spearmanr(values, loads)
-        rho, p_value = float(result.statistic), float(result.pvalue)
-    good, bad = values[passed], values[~passed]
-    if len(good) and len(bad):
-        area = float(mannwhitneyu(good, bad).statistic) / (len(good) * len(bad))
+    rho, p_value = spearman(values, loads)
+    area = roc_area(values, passed)
     return MarginPrediction(margin, len(values), int(passed.sum()), rho, p_value, area)
+
+
+def spearman(values: Array, others: Array) -> tuple[float, float]:
+    """Return Spearman's ρ of pairs of numbers, ties at their mean rank, and its p-value.
+
+    Both are nan of fewer than three pairs, or if either of shape (n,) has one value only.
+    """
+    if len(values) < 3 or (values == values[0]).all() or (others == others[0]).all():
+        return math.nan, math.nan
+    result = spearmanr(values, others)
+    return float(result.statistic), float(result.pvalue)
+
+
+def roc_area(values: Array, passed: Mask) -> float:
+    """Return the chance that a value of shape (n,) is larger where it passed than elsewhere; nan without both."""
+    good, bad = values[passed], values[~passed]
+    if not (len(good) and len(bad)):
+        return math.nan
+    return float(mannwhitneyu(good, bad).statistic) / (len(good) * len(bad))
 
 
 def roc_curve(rows: Sequence[StudyRow], margin: str) -> tuple[Array, Array]:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import mannwhitneyu, spearmanr
 
 from ..simulate.off_plan import ROWS
 from .study_margins import CLOSING_MARGINS
 from .study_rows import StudyRow
+from .study_statistics import roc_area, spearman
 from .synergy_study import StudySettings
 
 SURVIVAL = (
@@ -56,11 +56,13 @@ def rank_correlation(values: Sequence[float], others: Sequence[float]) -> Rank:
     pairs = np.column_stack([values, others])
     rng = np.random.default_rng(0)
     drawn = (
-        [_spearman(pairs[rng.integers(len(pairs), size=len(pairs))]) for _ in range(BOOTSTRAPS)] if len(pairs) else []
+        [spearman(*pairs[rng.integers(len(pairs), size=len(pairs))].T)[0] for _ in range(BOOTSTRAPS)]
+        if len(pairs)
+        else []
     )
     known = [rho for rho in drawn if math.isfinite(rho)]
     spread = float(np.std(known)) if len(known) > BOOTSTRAPS / 2 else math.nan
-    return Rank(_spearman(pairs), spread)
+    return Rank(spearman(*pairs.T)[0], spread)
 
 
 def survived_share(row: StudyRow) -> float | None:
@@ -91,9 +93,7 @@ def certificate_rows(rows: Sequence[StudyRow]) -> list[list[str]]:
         loads = [(value, row.weakest_force) for row, value, _ in found if row.weakest_force is not None]
         values, shares = [value for _, value, _ in found], [share for *_, share in found]
         ties = max((shares.count(share) for share in set(shares)), default=0) / max(len(shares), 1)
-        good = [value for value, share in zip(values, shares, strict=True) if share == 1.0]
-        bad = [value for value, share in zip(values, shares, strict=True) if share < 1.0]
-        area = float(mannwhitneyu(good, bad).statistic) / (len(good) * len(bad)) if good and bad else math.nan
+        area = roc_area(np.array(values), np.array(shares) == 1.0)
         by_load = rank_correlation([value for value, _ in loads], [load for _, load in loads])
         by_share = rank_correlation(values, shares)
         last = [f"{100 * ties:.0f} %", f"{area:.2f}" if math.isfinite(area) else "undefined"]
@@ -106,10 +106,3 @@ def _survived(group: Sequence[StudyRow], name: str) -> str:
     entries = [each for row in group for each in row.survival or () if each.name == name]
     tried = sum(each.tried for each in entries)
     return f"{sum(each.survived for each in entries)}/{tried}" if tried else "–"
-
-
-def _spearman(pairs: np.ndarray) -> float:
-    """Return Spearman's ρ of the columns; nan if one has one value only, or of fewer than three pairs."""
-    if len(pairs) < 3 or (pairs == pairs[0]).all(axis=0).any():
-        return math.nan
-    return float(spearmanr(pairs[:, 0], pairs[:, 1]).statistic)

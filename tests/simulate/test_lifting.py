@@ -10,7 +10,7 @@ from grasp_planner.closing.path import free_posture
 from grasp_planner.simulate import World, find_protocol, simulate_grasp
 from grasp_planner.simulate.lifting import _lifted, lift
 from grasp_planner.simulate.off_plan import ERRORS, ROWS, TABLE, _from_table
-from grasp_planner.simulate.table import depth, table_height
+from grasp_planner.simulate.table import table_height
 from tests.stored import stored
 
 TEST = find_protocol("table")
@@ -40,8 +40,8 @@ def test_an_object_reaches_as_deep_as_its_triangles(thing, rng):
         way = way / np.linalg.norm(way)
         reach = float((np.asarray(thing.mesh.vertices) @ way).max())
         # The triangles of a box have sharp corners, 3.7 mm out of those rounded by 5 mm; chords are a little inside.
-        assert depth(thing, way) == pytest.approx(reach, abs=4e-3)
-    assert depth(thing, np.array([0.0, 0.0, -1.0])) == pytest.approx(-thing.mesh.bounds[0, 2], abs=1e-4)
+        assert thing.reach(way) == pytest.approx(reach, abs=4e-3)
+    assert thing.reach(np.array([0.0, 0.0, -1.0])) == pytest.approx(-thing.mesh.bounds[0, 2], abs=1e-4)
 
 
 def test_what_does_not_stand_is_refused(planned):
