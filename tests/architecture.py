@@ -17,6 +17,7 @@ ROOMS = (
     "checks",
     "files",
     "processes",
+    "optimisation",
     "synergies",
     "hand",
     "objects",

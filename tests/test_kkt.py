@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from grasp_planner.analysis.kkt import kkt_change, kkt_point
-from grasp_planner.analysis.kkt_path import moved_point
-from grasp_planner.analysis.lagrangian import NlpPoint, lagrangian_hessian, secant_hessian
+from grasp_planner.optimisation.kkt import kkt_change, kkt_point
+from grasp_planner.optimisation.kkt_path import moved_point
+from grasp_planner.optimisation.lagrangian import NlpPoint, lagrangian_hessian, secant_hessian
 
 
 def circle(p):

@@ -8,7 +8,6 @@ import pytest
 
 import grasp_planner as gp
 from grasp_planner.analysis.improve import withstood
-from grasp_planner.analysis.kkt import kkt_point
 from grasp_planner.analysis.optimality_program import OptimalityProgram
 from grasp_planner.analysis.problem_parameters import parameters_of
 from grasp_planner.analysis.sensitivity import optimum_near, post_optimality
@@ -17,6 +16,7 @@ from grasp_planner.analysis.validity import Prediction, carried_palm
 from grasp_planner.evaluation.state import StateEvaluator
 from grasp_planner.judge.load_check import case_forces
 from grasp_planner.model.compliance import series_stiffness
+from grasp_planner.optimisation.kkt import kkt_point
 from tests.stored import stored
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from ..evaluation.state import GraspState, StateEvaluator
 from ..grasp.grasp import Grasp
 from ..judge.posed_grasp import PosedGrasp
-from ..planning.nlp import NonlinearProgram
+from ..optimisation.lagrangian import NlpPoint
+from ..optimisation.nlp import NonlinearProgram
 from ..planning.off_stops import kept_reserve
 from ..planning.program import GraspProgram, joint_bounds
 from ..problem.problem import GraspProblem
@@ -17,7 +18,6 @@ from ..problem.term import NEWTON, Constraint, above_zero
 from ..spatial import Array
 from ..terms.objective import Objective, problem_objective
 from ..terms.registry import stacked
-from .lagrangian import NlpPoint
 
 
 class ForceBound(Constraint):

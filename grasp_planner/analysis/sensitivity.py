@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..grasp.grasp import Grasp
-from ..planning.nlp import solve_nlp
+from ..optimisation.kkt import KKT_ITERATIONS, KktPoint, kkt_change, kkt_point
+from ..optimisation.lagrangian import lagrangian_gradient
+from ..optimisation.nlp import solve_nlp
 from ..problem.problem import GraspProblem
 from ..spatial import Array
-from .kkt import KKT_ITERATIONS, KktPoint, kkt_change, kkt_point
-from .lagrangian import lagrangian_gradient
 from .optimality_program import OptimalityProgram
 from .problem_parameters import Parameter, parameters_of
 from .validity import Prediction, validity

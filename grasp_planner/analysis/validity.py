@@ -14,10 +14,10 @@ import numpy as np
 import pinocchio as pin
 
 from ..exceptions import GraspPlannerError
+from ..optimisation.kkt import KktPoint
+from ..optimisation.kkt_path import MovedPoint, moved_point
+from ..optimisation.lagrangian import Indices
 from ..spatial import Array
-from .kkt import KktPoint
-from .kkt_path import MovedPoint, moved_point
-from .lagrangian import Indices
 from .optimality_program import OptimalityProgram
 from .problem_parameters import Parameter
 

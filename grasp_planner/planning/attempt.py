@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..grasp.grasp import Grasp, IterationRecord, SearchReport
+from ..optimisation.newton import solve_newton
+from ..optimisation.nlp import NonlinearProgram, solve_nlp
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..spatial import Array
-from .nlp import solve_nlp
 from .phase_one import polish, reach_feasibility, settle
 from .preparation import FEW_SYNERGIES
 from .program import TASK_FLOOR, GraspProgram, Phase
@@ -41,6 +42,7 @@ class Attempt:
         prepared: Whether the start is nearly feasible.
         iterations: Iterations of phase one and two.
         message: The solver's last words.
+        objective_scale: Factor of the objective in phase two.
         history: What the iterations were like.
     """
 
@@ -50,6 +52,7 @@ class Attempt:
     prepared: bool
     iterations: dict[str, int] = field(default_factory=lambda: {"one": 0, "two": 0})
     message: str = ""
+    objective_scale: float = 1.0
     history: list[IterationRecord] = field(default_factory=list)
 
     @classmethod
@@ -131,21 +134,35 @@ class AttemptSolver:
 
     def solve(self, attempt: Attempt) -> None:
         """Run the phases from one start; the attempt stands where they ended, also if the check stops them."""
+        if not self.prepare(attempt):
+            return
+        self._run(attempt, "two")
+        if attempt.merit < WORTH_POLISHING and not attempt.grasp(0, self.options).feasible:
+            self._least_squares(attempt, polish)
+
+    def prepare(self, attempt: Attempt) -> bool:
+        """Run what comes before phase two; return whether phase two is worth trying."""
         weighted = self.problem.parameters.weighted
         phase_one = self.options.phase_one
         if phase_one is None:
             few = self.problem.n_synergies <= FEW_SYNERGIES
             phase_one = self.problem.clearance.needs_geometry or few or not weighted
-        objective_scale = attempt.program.objective_scale(attempt.z)
-        if phase_one:
-            if not self._reach_feasibility(attempt):
-                return
-            objective_scale = attempt.program.objective_scale(attempt.z)
+        if phase_one and not self._reach_feasibility(attempt):
+            return False
+        attempt.objective_scale = attempt.program.objective_scale(attempt.z)
         if not weighted:
             self._seek_little_force(attempt)
-        self._run(attempt, "two", objective_scale)
-        if attempt.merit < WORTH_POLISHING and not attempt.grasp(0, self.options).feasible:
-            self._least_squares(attempt, polish)
+        return True
+
+    def program_of(self, attempt: Attempt, phase: Phase) -> NonlinearProgram:
+        """Return the program of a phase from where an attempt stands."""
+        program, most_force, task_floor = attempt.program, math.inf, 0.0
+        if phase == "force":
+            task_floor = TASK_FLOOR * program.state(attempt.z).task_index
+        elif phase == "two" and not self.problem.parameters.weighted:
+            # A start that takes more force than that keeps what it takes: it can't become the best any more.
+            most_force = max(self.most_force, attempt.force_norm)
+        return program.build(phase, attempt.objective_scale, most_force, task_floor)
 
     def _reach_feasibility(self, attempt: Attempt) -> bool:
         """Run phase one; return whether it came near enough for phase two."""
@@ -178,16 +195,12 @@ class AttemptSolver:
         if self._callback is not None:
             self._callback(attempt.history[-1])
 
-    def _run(self, attempt: Attempt, phase: Phase, objective_scale: float = 1.0) -> None:
-        """Run one phase by SQP and move the attempt to its result."""
+    def _run(self, attempt: Attempt, phase: Phase) -> None:
+        """Run one phase and move the attempt to its result."""
         program, options = attempt.program, self.options
-        iterations, tolerance, most_force, task_floor = options.max_iterations, options.tolerance, math.inf, 0.0
+        iterations, tolerance = options.max_iterations, options.tolerance
         if phase == "force":
             iterations, tolerance = min(FORCE_ITERATIONS, iterations), max(FORCE_TOLERANCE, tolerance)
-            task_floor = TASK_FLOOR * program.state(attempt.z).task_index
-        elif phase == "two" and not self.problem.parameters.weighted:
-            # A start that takes more force than that keeps what it takes: it can't become the best any more.
-            most_force = max(self.most_force, attempt.force_norm)
 
         def after_iteration(z: Array) -> None:
             attempt.z = np.array(z)
@@ -199,13 +212,13 @@ class AttemptSolver:
             self._check()
 
         self._check()
-        solution = solve_nlp(
-            program.build(phase, objective_scale, most_force, task_floor),
-            attempt.z,
-            max_iterations=iterations,
-            tolerance=tolerance,
-            callback=after_iteration,
-        )
+        sought = self.program_of(attempt, phase)
+        if phase == "two" and options.solver == "newton":
+            solution = solve_newton(sought, attempt.z, max_iterations=iterations, callback=after_iteration)
+        else:
+            solution = solve_nlp(
+                sought, attempt.z, max_iterations=iterations, tolerance=tolerance, callback=after_iteration
+            )
         attempt.message = solution.message
         # Cut off at the iteration limit, SLSQP may hand back a trial point of its line search.
         better = solution.converged or program.merit(solution.z) <= program.merit(attempt.z)

@@ -12,8 +12,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ..grasp.grasp import Grasp
+from ..optimisation.nlp import solve_nlp
 from .attempt import WORTH_POLISHING
-from .nlp import solve_nlp
 from .phase_one import polish
 from .program import GraspProgram, joint_bounds
 

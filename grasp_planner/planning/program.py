@@ -11,13 +11,13 @@ import pinocchio as pin
 from ..evaluation.state import GraspState, StateEvaluator
 from ..grasp.grasp import Grasp, SearchReport
 from ..hand.hand import Hand
+from ..optimisation.nlp import NonlinearProgram
 from ..problem.problem import GraspProblem
 from ..problem.term import Constraint
 from ..spatial import Array
 from ..terms.costs import ForceNorm
 from ..terms.objective import Objective, problem_objective
 from ..terms.registry import check_shapes, problem_constraints, stacked
-from .nlp import NonlinearProgram
 
 JOINT_SCALE = 0.3
 """A unit step of a scaled joint angle [rad]."""

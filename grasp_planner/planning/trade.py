@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..grasp.grasp import Grasp
-from .nlp import solve_nlp
+from ..optimisation.nlp import solve_nlp
 from .off_stops import kept_reserve
 from .program import GraspProgram
 

@@ -21,6 +21,8 @@ class PlannerOptions:
             least squares leaves clearances violated); None decides: with few synergies or clearances it does.
         closing: Whether grasps that close from an open hand go before all others, and up to twice as many are looked
             for until one does; None: where forces come from springs.
+        solver: What solves phase two: ``slsqp``, or ``newton``, which goes on from there with second derivatives
+            until the first-order conditions hold to 1e-7, at several times the time.
     """
 
     starts: int = setting(40, "Most starts.", low=1, high=1e6, step=1)
@@ -47,6 +49,7 @@ class PlannerOptions:
         kind="truth",
         none="yes where forces come from springs",
     )
+    solver: str = setting("slsqp", "What solves phase two.", choices=("slsqp", "newton"))
 
     def __post_init__(self) -> None:
         check_settings(self)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
-from ..analysis.kkt import kkt_point
-from ..analysis.optimality_program import OptimalityProgram
 from ..multistart.pool import Pool
 from ..multistart.problem_rows import BatchedProblem
 from ..multistart.states import States
 from ..objects import MeshObject, parse_object
-from ..planning.planner import plan_grasp
-from ..planning.pooled_starts import random_states
+from ..optimisation.kkt import kkt_residual
+from ..optimisation.newton import solve_newton
+from ..optimisation.nlp import NlpSolution, solve_nlp
+from ..planning.attempt import Attempt, AttemptSolver
+from ..planning.pooled_starts import pooled_starts, random_states
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
 from ..problem.problem import GraspProblem
@@ -29,6 +31,8 @@ ROUNDS = 4
 """Starts of a measured pool, as a multiple of its width."""
 REPEATS = 5
 """Evaluations of a batch; the fastest counts."""
+MOST_STARTS, NEARLY = 10, 1e-2
+"""Starts from which phase two is tried, and the largest scaled violation of one that it is measured from."""
 CELLS, FINER = 100, 0.5
 """Cells of a usual grid along the longest side of a mesh, and the size of the finer grid's cells against them."""
 
@@ -57,27 +61,36 @@ class BatchSpeed:
 
 
 @dataclass(frozen=True)
-class OptimalitySpeed:
-    """What is left to an optimum where a search ends, and the way there by second derivatives.
+class SolverRun:
+    """Phase two from one start by one solver.
 
     Attributes:
-        iterations: Iterations of the search's phases of least force and best task.
-        stationarity: |∇f − Σ λ ∇c| / |∇f| with the best multipliers where the search ended.
-        newton_iterations: Steps to the optimum by convex quadratic programs with second derivatives.
-        newton_stationarity: The same measure there.
-        gain: Part of the objective that these steps took off.
-        search_s: Processor time of the search until its first grasp [s].
-        newton_s: Processor time of these steps [s].
-        verification_ms: Processor time of judging the grasp [ms].
+        iterations: Its iterations.
+        residual: What the best multipliers leave of the objective's gradient at its end.
+        objective: The scaled objective there.
+        violation: Largest scaled violation there.
+        seconds: Processor time [s].
     """
 
     iterations: int
-    stationarity: float
-    newton_iterations: int
-    newton_stationarity: float
-    gain: float
-    search_s: float
-    newton_s: float
+    residual: float
+    objective: float
+    violation: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class OptimalitySpeed:
+    """Phase two from the same start by both solvers.
+
+    Attributes:
+        slsqp: By SLSQP.
+        newton: By SLSQP roughly, then with second derivatives.
+        verification_ms: Processor time of judging the grasp [ms].
+    """
+
+    slsqp: SolverRun
+    newton: SolverRun
     verification_ms: float
 
 
@@ -161,32 +174,37 @@ def batch_speeds(hand: str, n_synergies: int, widths: Sequence[int] = WIDTHS) ->
 
 
 def optimality_speed(case: BenchmarkCase) -> OptimalitySpeed | None:
-    """Plan a random problem and go on to the optimum by second derivatives; None if no grasp was found.
+    """Solve phase two of a random problem by both solvers from the first start that comes so far; None if none does.
 
     Args:
         case: The problem.
     """
-    began = time.process_time()
-    grasp = plan_grasp(case.problem(), seed=case.seed, options=PlannerOptions(enough=1))
-    search_s = time.process_time() - began
-    copies = [replace(grasp, search=grasp.search) for _ in range(REPEATS)]  # a grasp is judged once
-    verification = fastest(lambda fresh: fresh.feasible, copies, clock=time.process_time)
-    if not grasp.feasible or grasp.search is None:
+    problem, options = case.problem(), PlannerOptions()
+    solver = AttemptSolver(problem, options, None, lambda: None)
+    starts = islice(pooled_starts(problem, np.random.default_rng(case.seed)), MOST_STARTS)
+    attempts = (Attempt.at(index, problem, start) for index, start in enumerate(starts))
+    attempt = next((each for each in attempts if solver.prepare(each) and each.merit < NEARLY), None)
+    if attempt is None:
         return None
-    program = OptimalityProgram(grasp)
-    before = kkt_point(program.evaluate, program.z, iterations=0)
-    began = time.process_time()
-    after = kkt_point(program.evaluate, program.z)
-    return OptimalitySpeed(
-        iterations=grasp.search.iterations,
-        stationarity=before.stationarity,
-        newton_iterations=after.iterations,
-        newton_stationarity=after.stationarity,
-        gain=1.0 - after.point.objective / before.point.objective,
-        search_s=search_s,
-        newton_s=time.process_time() - began,
-        verification_ms=1e3 * verification,
-    )
+    program = solver.program_of(attempt, "two")
+
+    def run(solve: Callable[..., NlpSolution]) -> SolverRun:
+        began = time.process_time()
+        solution = solve(program, attempt.z, max_iterations=options.max_iterations)
+        spent, z = time.process_time() - began, solution.z
+        end = program.point(z)
+        return SolverRun(
+            iterations=solution.iterations,
+            residual=kkt_residual(program, z),
+            objective=end.objective,
+            violation=float(end.violation.max(initial=0.0)),
+            seconds=spent,
+        )
+
+    slsqp, newton = run(solve_nlp), run(solve_newton)
+    copies = [attempt.grasp(0, options) for _ in range(REPEATS)]  # a grasp is judged once
+    verification = fastest(lambda fresh: fresh.feasible, copies, clock=time.process_time)
+    return OptimalitySpeed(slsqp, newton, verification_ms=1e3 * verification)
 
 
 def throughput(cases: Sequence[BenchmarkCase], workers: int, *, enough: int, cpu_limit_s: float) -> Throughput:

@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from ..evaluation.state import GraspState
 from ..grasp.grasp import Grasp
 from ..judge.posed_grasp import PosedGrasp
-from ..planning.nlp import solve_nlp
+from ..optimisation.nlp import solve_nlp
 from ..planning.program import JOINT_SCALE, GraspProgram, displacement_step
 from ..problem.problem import GraspProblem
 from ..problem.term import Cost

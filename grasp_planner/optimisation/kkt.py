@@ -6,7 +6,7 @@ min f(z) subject to c_E(z) = 0, c_I(z) ≥ 0; first derivatives are given, secon
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import clarabel
 import numpy as np
@@ -15,6 +15,7 @@ from scipy.optimize import lsq_linear
 
 from ..spatial import Array
 from .lagrangian import Evaluate, Indices, NlpPoint, lagrangian_gradient, lagrangian_hessian, secant_hessian
+from .nlp import NonlinearProgram
 
 ACTIVE = 1e-6
 """Residual below which an inequality may be active."""
@@ -115,6 +116,21 @@ def kkt_point(evaluate: Evaluate, z: Array, *, iterations: int = KKT_ITERATIONS,
     # What follows from the Hessian is wanted to many digits only where this is an optimum.
     hessian = lagrangian_hessian(evaluate, z, everywhere, at=point if stationarity > ROUGH else None)
     return KktPoint(z, point, active, values, hessian, stationarity, steps)
+
+
+def kkt_residual(program: NonlinearProgram, z: Array) -> float:
+    """Return what the best multipliers leave of the objective's gradient at a point, against its size or 1.
+
+    Args:
+        program: The program.
+        z: The point, of shape (n,).
+    """
+    point, box = program.point(z), np.eye(len(z))
+    bounds = np.vstack([box[z - program.lower < ACTIVE], -box[program.upper - z < ACTIVE]])
+    residuals = np.append(point.residuals, np.zeros(len(bounds)))
+    whole = replace(point, residuals=residuals, jacobian=np.vstack([point.jacobian, bounds]))
+    active, multipliers = _least_squares_multipliers(whole, ACTIVE)
+    return float(np.abs(lagrangian_gradient(whole, active, multipliers)).max()) / point.steepness
 
 
 @dataclass(frozen=True)

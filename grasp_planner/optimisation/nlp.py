@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ..spatial import Array
+from .lagrangian import NlpPoint
 
 ValueAndGradient = Callable[[Array], tuple[float, Array]]
 ResidualAndJacobian = Callable[[Array], tuple[Array, Array]]
@@ -31,6 +32,11 @@ class NonlinearProgram:
     inequality: ResidualAndJacobian
     lower: Array
     upper: Array
+
+    def point(self, z: Array) -> NlpPoint:
+        """Return the program at a point, bounds apart."""
+        (value, gradient), (zero, d_zero), (spare, d_spare) = self.objective(z), self.equality(z), self.inequality(z)
+        return NlpPoint(value, gradient, np.append(zero, spare), np.vstack([d_zero, d_spare]), len(zero))
 
 
 @dataclass(frozen=True)

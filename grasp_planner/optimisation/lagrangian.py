@@ -35,6 +35,11 @@ class NlpPoint:
     n_equalities: int
 
     @property
+    def steepness(self) -> float:
+        """What gradients are measured against: ∇f's largest component, or 1 where f, of order one, is flat."""
+        return max(1.0, float(np.abs(self.gradient).max(initial=0.0)))
+
+    @property
     def violation(self) -> Array:
         """How far each constraint is from being met, of shape (m,)."""
         equal = np.arange(len(self.residuals)) < self.n_equalities

@@ -1,0 +1,1 @@
+"""Nonlinear programs and their solution: sequential quadratic programming, Newton steps, KKT points. No robotics."""
