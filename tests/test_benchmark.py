@@ -9,7 +9,7 @@ import pytest
 from grasp_planner.evaluation.state import StateEvaluator
 from grasp_planner.studies.benchmark import evaluation_speed, plan_cases
 from grasp_planner.studies.benchmark_problems import BenchmarkCase
-from grasp_planner.studies.benchmark_stages import batch_speed, batch_speeds, optimality_speed, throughput
+from grasp_planner.studies.benchmark_stages import batch_speed, batch_speeds, grasp_times, optimality_speed, throughput
 
 
 def untimed(results):
@@ -64,6 +64,12 @@ def test_both_solvers_start_where_phase_two_does():
         assert run.violation < 1e-6
     assert found.newton.residual < max(found.slsqp.residual, 1e-6)
     assert found.newton.objective <= found.slsqp.objective + 1e-2
+
+
+@pytest.mark.slow
+def test_a_point_comes_before_a_grasp_and_that_before_many():
+    times = grasp_times(BenchmarkCase(0, 15))
+    assert 0.0 < times.point < times.first < times.several
 
 
 def test_throughput_counts_the_problems_once():

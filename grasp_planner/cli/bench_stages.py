@@ -13,10 +13,12 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from ..studies.benchmark_problems import BenchmarkCase
-    from ..studies.benchmark_stages import BatchSpeed, OptimalitySpeed, SolverRun, Throughput
+    from ..studies.benchmark_stages import BatchSpeed, GraspTimes, OptimalitySpeed, SolverRun, Throughput
 
 OPTIMAL = 1e-6
 """Stationarity below which a grasp counts as an optimum."""
+MANY = 5
+"""Problems of which 16 different grasps are looked for."""
 WORKERS = (1, 2)
 """Worker processes whose throughput is measured."""
 
@@ -33,12 +35,15 @@ def print_stages(
         enough: Feasible grasps after which a search ends.
         cpu_limit_s: Processor time for each search [s].
     """
-    from ..studies.benchmark_stages import batch_speeds, optimality_speed, throughput
+    from ..studies.benchmark_stages import batch_speeds, grasp_times, optimality_speed, throughput
 
     hand, n_s = cases[0].hand, cases[0].n_synergies
     console.print(_batch_table(list(batch_speeds(hand, n_s)), kinematics_ms))
     found = [optimality_speed(case) for case in track(cases, "optima", console=console)]
     console.print(_optimality_table([each for each in found if each is not None]))
+    numbered = list(enumerate(cases))
+    times = [grasp_times(case, several=i < MANY) for i, case in track(numbered, "grasps", console=console)]
+    console.print(_times_table(times))
     rates = [throughput(cases, workers, enough=enough, cpu_limit_s=cpu_limit_s) for workers in WORKERS]
     console.print(_throughput_table(rates))
 
@@ -96,6 +101,18 @@ def _worse(mine: Sequence[SolverRun], theirs: Sequence[SolverRun]) -> int:
     return sum(
         a.objective - b.objective > max(0.01 * abs(b.objective), 1e-4) for a, b in zip(mine, theirs, strict=True)
     )
+
+
+def _times_table(times: Sequence[GraspTimes]) -> Table:
+    """Return the table of processor times until there are grasps."""
+    table = _table("processor time until there is", "", "median \\[s]", "longest \\[s]", "found")
+    names = {"a feasible point": "point", "a grasp": "first", "the best of 16 different": "several"}
+    for heading, name in names.items():
+        found = [value for each in times if (value := getattr(each, name)) == getattr(each, name)]
+        middle, longest = (f"{pick(found):.2f}" if found else "–" for pick in (statistics.median, max))
+        asked = min(MANY, len(times)) if name == "several" else len(times)
+        table.add_row(heading, middle, longest, f"{len(found)}/{asked}")
+    return table
 
 
 def _throughput_table(rates: Sequence[Throughput]) -> Table:

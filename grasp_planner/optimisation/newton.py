@@ -157,7 +157,9 @@ class _Search:
             return None
         x, dual, n_e = np.array(solution.x), np.array(solution.z), point.n_equalities
         multipliers = np.concatenate([dual[n_e : 2 * n_e] - dual[:n_e], dual[2 * n_e : 2 * n_e + len(room)]])
-        multipliers[np.abs(multipliers) < NO_MULTIPLIER * max(point.steepness, np.abs(multipliers).max(initial=0.0))] = 0.0
+        multipliers[
+            np.abs(multipliers) < NO_MULTIPLIER * max(point.steepness, np.abs(multipliers).max(initial=0.0))
+        ] = 0.0
         step = np.clip(x[:n], -low, high)
         linear = NlpPoint(0.0, step, residuals + point.jacobian @ step, point.jacobian, n_e)
         return _Step(step, multipliers, float(linear.violation.max(initial=0.0)))

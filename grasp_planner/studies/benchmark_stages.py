@@ -9,6 +9,7 @@ from itertools import islice
 
 import numpy as np
 
+from ..grasp.grasp import Grasp
 from ..multistart.pool import Pool
 from ..multistart.problem_rows import BatchedProblem
 from ..multistart.states import States
@@ -17,6 +18,7 @@ from ..optimisation.kkt import kkt_residual
 from ..optimisation.newton import solve_newton
 from ..optimisation.nlp import NlpSolution, solve_nlp
 from ..planning.attempt import Attempt, AttemptSolver
+from ..planning.planner import plan_grasp, plan_grasps
 from ..planning.pooled_starts import pooled_starts, random_states
 from ..problem.clearance_options import ClearanceOptions
 from ..problem.load_cases import LoadCases
@@ -31,6 +33,8 @@ ROUNDS = 4
 """Starts of a measured pool, as a multiple of its width."""
 REPEATS = 5
 """Evaluations of a batch; the fastest counts."""
+SEVERAL = 16
+"""Different grasps of a problem from which the best is taken."""
 MOST_STARTS, NEARLY = 10, 1e-2
 """Starts from which phase two is tried, and the largest scaled violation of one that it is measured from."""
 CELLS, FINER = 100, 0.5
@@ -92,6 +96,21 @@ class OptimalitySpeed:
     slsqp: SolverRun
     newton: SolverRun
     verification_ms: float
+
+
+@dataclass(frozen=True)
+class GraspTimes:
+    """Processor time until grasps of a problem are there, each judged feasible [s]; not a number where there is none.
+
+    Attributes:
+        point: A point of the pool that meets every requirement.
+        first: The first grasp that phase two is through with.
+        several: The best of several different grasps.
+    """
+
+    point: float
+    first: float
+    several: float
 
 
 @dataclass(frozen=True)
@@ -205,6 +224,38 @@ def optimality_speed(case: BenchmarkCase) -> OptimalitySpeed | None:
     copies = [attempt.grasp(0, options) for _ in range(REPEATS)]  # a grasp is judged once
     verification = fastest(lambda fresh: fresh.feasible, copies, clock=time.process_time)
     return OptimalitySpeed(slsqp, newton, verification_ms=1e3 * verification)
+
+
+def grasp_times(case: BenchmarkCase, *, several: bool = True) -> GraspTimes:
+    """Measure how long grasps of a random problem take.
+
+    Args:
+        case: The problem.
+        several: Whether to look for several different ones too, which takes longest.
+    """
+    problem, options = case.problem(), PlannerOptions(enough=1)
+
+    def spent(plan: Callable[[], Sequence[Grasp]], least: int = 1) -> float:
+        began = time.process_time()
+        found = [grasp for grasp in plan() if grasp.feasible]
+        return time.process_time() - began if len(found) >= least else float("nan")
+
+    return GraspTimes(
+        point=spent(lambda: [_first_point(problem, case.seed)]),
+        first=spent(lambda: [plan_grasp(problem, seed=case.seed, options=options)]),
+        several=spent(lambda: plan_grasps(problem, SEVERAL, seed=case.seed, options=options), SEVERAL)
+        if several
+        else float("nan"),
+    )
+
+
+def _first_point(problem: GraspProblem, seed: int) -> Grasp:
+    """Return the first point of the pool that is feasible as it is, or the last one tried."""
+    for index, start in enumerate(islice(pooled_starts(problem, np.random.default_rng(seed)), MOST_STARTS)):
+        grasp = Attempt.at(index, problem, start).grasp(seed, PlannerOptions())
+        if grasp.feasible:
+            break
+    return grasp
 
 
 def throughput(cases: Sequence[BenchmarkCase], workers: int, *, enough: int, cpu_limit_s: float) -> Throughput:
