@@ -69,6 +69,7 @@ OTHER_SEARCH = {
     "time_limit_s": 12.5,
     "phase_one": False,
     "closing": False,
+    "solver": "newton",
 }
 HANDS = tuple(gp.hand_library())
 
