@@ -26,7 +26,7 @@ from ..problem.problem import GraspProblem
 from ..spatial import Array, Indices, namespace
 from .contacts import BatchedContacts
 from .filling import inner_pieces
-from .rows import Rows, padded
+from .rows import Rows, side_by_side
 from .tree import BatchedTree, cross
 
 SAMPLES = (0.05, 0.5, 0.95)
@@ -124,7 +124,7 @@ class BatchedClearances:
         points = start + t[..., None] * (end - start)
         normals = (turned.transpose(0, 1, 3, 2) @ normal[..., None])[..., 0]
         pulled = self._pulled(contacts, self._object_joints, points, normals)
-        derivative = padded([pulled, normals, cross(points, normals)], contacts.d_torques.shape[2])
+        derivative = side_by_side([pulled, normals, cross(points, normals)], contacts.d_torques.shape[2])
         return Rows(name, distance - self._object_radii - self.options.margin, derivative)
 
     def _least(self, start: Array, along: Array) -> tuple[Array, Array, Array]:
@@ -180,7 +180,7 @@ class BatchedClearances:
         normals = apart[rows, worst] / axis_distance[rows, worst][..., None]
         sides = ((a, first, normals), (b, second, -normals))
         pulls = [self._pulled(contacts, xp.take(self._joints[k], worst), p[rows, worst], n) for p, k, n in sides]
-        derivative = padded([pulls[0] + pulls[1]], contacts.d_torques.shape[2])
+        derivative = side_by_side([pulls[0] + pulls[1]], contacts.d_torques.shape[2])
         return Rows("self_collision", distance[rows, worst] - self.options.margin, derivative)
 
     def _worst(self, distance: Array) -> Indices:
@@ -200,7 +200,7 @@ class BatchedClearances:
         rows = np.arange(count)[:, None]
         lowest = points[rows, worst]
         pulled = self._pulled(contacts, namespace(worst).take(self._corner_joints, worst), lowest, up)
-        derivative = padded([pulled, up, cross(lowest, up)], contacts.d_torques.shape[2])
+        derivative = side_by_side([pulled, up, cross(lowest, up)], contacts.d_torques.shape[2])
         return Rows("ground", heights[rows, worst], derivative)
 
     def _leaning_rows(
@@ -215,7 +215,7 @@ class BatchedClearances:
         spins = (contacts.placed.axes @ cross(along, normals).transpose(0, 2, 1)).transpose(0, 2, 1)
         turning = spins * (self.tree.carried[joints] * ~self.tree.slides)
         by_joints = leant[:, :, :n_q] + turning @ self.problem.hand.coupling
-        derivative = padded([by_joints, leant[:, :, n_q:]], contacts.d_torques.shape[2])
+        derivative = side_by_side([by_joints, leant[:, :, n_q:]], contacts.d_torques.shape[2])
         value = xp.einsum("bik,bik->bi", normals, along) + room
         return Rows(name, value, derivative, equality=name == "tangency")
 

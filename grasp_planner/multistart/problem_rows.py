@@ -15,7 +15,7 @@ from ..spatial import Array, namespace, skew
 from .clearances import BatchedClearances
 from .contacts import BatchedContactEvaluator, BatchedContacts
 from .loads import BatchedLoads
-from .rows import Rows, padded
+from .rows import Rows, side_by_side
 from .states import States
 from .tree import BatchedTree
 
@@ -72,7 +72,7 @@ class BatchedProblem:
         """Return the rows of states, those of the same requirements for any states."""
         problem, contacts = self.problem, self.contacts(states)
         found = [
-            Rows("surface", contacts.gaps, padded([contacts.d_gaps], self.n_variables), equality=True),
+            Rows("surface", contacts.gaps, side_by_side([contacts.d_gaps], self.n_variables), equality=True),
             *self._springs(contacts),
             Rows("equilibrium_force", contacts.balance[:, :3], contacts.d_balance[:, :3], equality=True),
             Rows("equilibrium_moment", contacts.balance[:, 3:], contacts.d_balance[:, 3:], equality=True),
@@ -84,7 +84,7 @@ class BatchedProblem:
         if problem.clearance.remark1 and len(problem.abduction_differences):
             order = problem.abduction_differences
             slope = namespace(states.joints).broadcast_to(order, (len(states), *order.shape))
-            found.append(Rows("abduction_order", states.joints @ order.T, padded([slope], self.n_variables)))
+            found.append(Rows("abduction_order", states.joints @ order.T, side_by_side([slope], self.n_variables)))
         if self._loads is not None:
             found += self._loads.rows(contacts)
         if self._clearances is not None:
@@ -119,7 +119,7 @@ class BatchedProblem:
             return []
         slope = gradients.reshape(*points.shape[:2], -1, 3) @ moved.swapaxes(2, 3)
         count = len(points)
-        derivative = padded([slope.reshape(count, -1, slope.shape[3])], self.n_variables)
+        derivative = side_by_side([slope.reshape(count, -1, slope.shape[3])], self.n_variables)
         return [Rows("region", margins.reshape(count, -1), derivative)]
 
     def _edge(self, contacts: BatchedContacts) -> list[Rows]:
@@ -134,7 +134,7 @@ class BatchedProblem:
         leant = namespace(still).concatenate([still, turning], axis=2) @ turned.swapaxes(2, 3)
         value = edge_reserve(problem.grasp_object, points, normals)
         slope = edge_reserve_slope(problem.grasp_object, points, normals, moved, leant)
-        derivative = padded([slope.reshape(count, -1, slope.shape[3])], self.n_variables)
+        derivative = side_by_side([slope.reshape(count, -1, slope.shape[3])], self.n_variables)
         return [Rows("edge", value.reshape(count, -1), derivative)]
 
 

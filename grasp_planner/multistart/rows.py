@@ -27,7 +27,7 @@ class Rows:
     equality: bool = False
 
 
-def padded(parts: Sequence[Array], width: int) -> Array:
+def side_by_side(parts: Sequence[Array], width: int) -> Array:
     """Return derivatives side by side with columns of zeros behind them.
 
     Args:
