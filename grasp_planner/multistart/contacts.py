@@ -105,9 +105,9 @@ class BatchedContactEvaluator:
         unit = xp.broadcast_to(np.eye(3), (*centres.shape, 3))
         # Of the tips' centres against the object; row k of skew(p) is e_k × p.
         moved = xp.concatenate([by_joints, unit, skew(centres)], axis=2)
-        leant = moved @ bend
+        leant = moved @ -bend
         # n turns against the palm: −w × n
-        d_normals = -xp.concatenate([leant[:, :, : n_q + 3], leant[:, :, n_q + 3 :] + skew(normals)], axis=2)
+        d_normals = xp.concatenate([leant[:, :, : n_q + 3], leant[:, :, n_q + 3 :] - skew(normals)], axis=2)
         points = centres + radii[:, None] * normals
         rolled = radii[:, None, None] * d_normals
         d_points = xp.concatenate([by_joints + rolled[:, :, :n_q], rolled[:, :, n_q:]], axis=2)
