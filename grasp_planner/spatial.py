@@ -33,6 +33,12 @@ _LEVI_CIVITA[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = -1.0
 _SKEW_FROM_VECTOR = np.ascontiguousarray(_LEVI_CIVITA.transpose(2, 0, 1).reshape(3, 9))
 
 
+def namespace(values: npt.ArrayLike) -> Any:
+    """Return the library whose functions take an array: its own, as JAX has one, or NumPy, also for lists."""
+    found = getattr(values, "__array_namespace__", None)
+    return np if found is None else found()
+
+
 def skew(vectors: Array) -> Array:
     """Return the cross-product matrices of vectors: ``skew(a) @ b == a x b``.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..objects import GraspObject, SurfaceSample
-from ..spatial import Array, Indices
+from ..spatial import Array, Indices, namespace
 
 SEARCH_STEPS = 40
 """Most steps of the search along a segment."""
@@ -27,22 +27,23 @@ def segment_pairs(start_a: Array, end_a: Array, start_b: Array, end_b: Array) ->
     Returns:
         Closest points on the first and on the second segments, of shape (m, 3) each.
     """
+    xp = namespace(start_a)
     along_a, along_b, apart = end_a - start_a, end_b - start_b, start_a - start_b
-    a = np.einsum("ij,ij->i", along_a, along_a)
-    e = np.einsum("ij,ij->i", along_b, along_b)
-    b = np.einsum("ij,ij->i", along_a, along_b)
-    c = np.einsum("ij,ij->i", along_a, apart)
-    f = np.einsum("ij,ij->i", along_b, apart)
-    safe_a, safe_e = np.maximum(a, 1e-18), np.maximum(e, 1e-18)
+    a = xp.einsum("ij,ij->i", along_a, along_a)
+    e = xp.einsum("ij,ij->i", along_b, along_b)
+    b = xp.einsum("ij,ij->i", along_a, along_b)
+    c = xp.einsum("ij,ij->i", along_a, apart)
+    f = xp.einsum("ij,ij->i", along_b, apart)
+    safe_a, safe_e = xp.maximum(a, 1e-18), xp.maximum(e, 1e-18)
     denominator = a * e - b * b
     regular = denominator > 1e-12 * a * e
-    s = np.where(regular, (b * f - c * e) / np.where(regular, denominator, 1.0), 0.5)
-    s = np.minimum(np.maximum(s, 0.0), 1.0)
+    s = xp.where(regular, (b * f - c * e) / xp.where(regular, denominator, 1.0), 0.5)
+    s = xp.minimum(xp.maximum(s, 0.0), 1.0)
     t = (b * s + f) / safe_e
-    held = np.minimum(np.maximum(t, 0.0), 1.0)
-    s = np.where((t != held) | (e <= 1e-18) | ~regular, (b * held - c) / safe_a, s)
-    s = np.minimum(np.maximum(s, 0.0), 1.0)
-    held = np.minimum(np.maximum((b * s + f) / safe_e, 0.0), 1.0)
+    held = xp.minimum(xp.maximum(t, 0.0), 1.0)
+    s = xp.where((t != held) | (e <= 1e-18) | ~regular, (b * held - c) / safe_a, s)
+    s = xp.minimum(xp.maximum(s, 0.0), 1.0)
+    held = xp.minimum(xp.maximum((b * s + f) / safe_e, 0.0), 1.0)
     return start_a + s[:, None] * along_a, start_b + held[:, None] * along_b
 
 

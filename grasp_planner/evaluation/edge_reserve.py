@@ -6,7 +6,7 @@ import numpy as np
 
 from ..objects import GraspObject
 from ..problem.problem import GraspProblem
-from ..spatial import Array
+from ..spatial import Array, namespace
 
 REACH = 1e-3
 """How far around a contact normals count [m]; the search adds the width over which its distance rounds edges."""
@@ -35,10 +35,10 @@ def edge_reserve(grasp_object: GraspObject, points: Array, normals: Array) -> Ar
         (cos of the angle − cos LIMIT) / sin LIMIT, the angle left [rad] to first order at the limit, of shape (..., 3).
     """
     offsets = _offsets(grasp_object, normals)
-    slope = grasp_object.gradients(points[..., None, None, :] + np.stack([offsets, -offsets], axis=-3))
-    outward = slope / np.linalg.norm(slope, axis=-1, keepdims=True)
+    slope = grasp_object.gradients(points[..., None, None, :] + namespace(points).stack([offsets, -offsets], axis=-3))
+    outward = slope / namespace(slope).linalg.norm(slope, axis=-1, keepdims=True)
     cosine = (outward[..., 0, :, :] * outward[..., 1, :, :]).sum(axis=-1)
-    return np.asarray((cosine - np.cos(LIMIT)) / np.sin(LIMIT))
+    return (cosine - np.cos(LIMIT)) / np.sin(LIMIT)
 
 
 def edge_reserve_slope(
@@ -56,20 +56,20 @@ def edge_reserve_slope(
     Returns:
         Derivatives, of shape (..., 3, n_g).
     """
-    offsets = _offsets(grasp_object, normals)
-    found = grasp_object.field(points[..., None, None, :] + np.stack([offsets, -offsets], axis=-3))
+    xp, offsets = namespace(points), _offsets(grasp_object, normals)
+    found = grasp_object.field(points[..., None, None, :] + xp.stack([offsets, -offsets], axis=-3))
     # u = r (e − n nᵀe) for the three axes e; the points on both sides are c ± u.
     d_offsets = normals[..., :, None, None] * d_normals[..., None, :, :]
-    d_offsets += np.swapaxes(d_normals, -1, -2)[..., None] * normals[..., None, None, :]
+    d_offsets += d_normals.swapaxes(-1, -2)[..., None] * normals[..., None, None, :]
     d_offsets *= -_reach(grasp_object)
-    d_around = d_points[..., None, None, :, :] + np.stack([d_offsets, -d_offsets], axis=-4)
-    length = np.linalg.norm(found.gradient, axis=-1, keepdims=True)
+    d_around = d_points[..., None, None, :, :] + xp.stack([d_offsets, -d_offsets], axis=-4)
+    length = xp.linalg.norm(found.gradient, axis=-1, keepdims=True)
     outward = found.gradient / length
     others = outward[..., ::-1, :, :]
     cosine = (outward * others).sum(axis=-1, keepdims=True)
     turn = (found.hessian @ ((others - cosine * outward) / length)[..., None])[..., 0]
     slope = (d_around @ turn[..., None])[..., 0].sum(axis=-3)
-    return np.asarray(slope / np.sin(LIMIT))
+    return slope / np.sin(LIMIT)
 
 
 def _reach(grasp_object: GraspObject) -> float:

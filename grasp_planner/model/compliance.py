@@ -23,7 +23,7 @@ def softened(jacobian: Array, joint: npt.ArrayLike) -> Array:
         J C_q, of the shape of J.
     """
     c_q = np.asarray(joint, dtype=float)
-    return np.asarray(jacobian @ c_q if c_q.ndim == 2 else jacobian * c_q)
+    return jacobian @ c_q if c_q.ndim == 2 else jacobian * c_q
 
 
 def bent(joint: npt.ArrayLike, torques: Array) -> Array:
@@ -38,8 +38,8 @@ def bent(joint: npt.ArrayLike, torques: Array) -> Array:
     """
     c_q = np.asarray(joint, dtype=float)
     if c_q.ndim == 2:
-        return np.asarray(c_q @ torques)
-    return np.asarray((c_q[:, None] if c_q.ndim == 1 and torques.ndim > 1 else c_q) * torques)
+        return c_q @ torques
+    return (c_q[:, None] if c_q.ndim == 1 and torques.ndim > 1 else c_q) * torques
 
 
 def joint_stiffness(joint: npt.ArrayLike) -> Array:

@@ -23,10 +23,10 @@ from ..collision.link_shapes import (
     tip_axes,
 )
 from ..problem.problem import GraspProblem
-from ..spatial import Array, Indices
+from ..spatial import Array, Indices, namespace
 from .contacts import BatchedContacts
 from .filling import inner_pieces
-from .rows import Rows
+from .rows import Rows, side_by_side
 from .tree import BatchedTree, cross
 
 SAMPLES = (0.05, 0.5, 0.95)
@@ -54,7 +54,9 @@ class BatchedClearances:
             self._object_joints = np.array([each.joint for each in points], dtype=int)
             self._object_ends = (np.zeros((len(points), 3)), np.zeros((len(points), 3)))
             self._object_radii = np.zeros(len(points))
-        self._object_lines = (self._object_ends[0] != self._object_ends[1]).any(axis=1)
+        long = (self._object_ends[0] != self._object_ends[1]).any(axis=1)
+        self._object_points, self._object_lines = np.flatnonzero(~long), np.flatnonzero(long)
+        self._object_order = np.argsort(np.concatenate([self._object_points, self._object_lines]))
         self._set_pairs(shapes)
         self._set_ground(shapes)
         tips = tip_axes(problem.hand, problem.frames) if self.options.tip_patch else ()
@@ -96,12 +98,14 @@ class BatchedClearances:
             for a in pieces[shapes[i].name]
             for b in pieces[shapes[j].name]
         )
-        self._pairs = np.array([(a, b) for _, a, b in found], dtype=int).reshape(-1, 2)
+        pieces_of = np.array([(a, b) for _, a, b in found], dtype=int).reshape(-1, 2)
         keys = [key for key, _, _ in found]
         firsts = [k for k in range(len(keys)) if k == 0 or keys[k] != keys[k - 1]]
         self._groups = np.array(firsts, dtype=int)
-        long = (self._starts != self._ends).any(axis=1)
-        self._lines = np.flatnonzero(long[self._pairs].any(axis=1))
+        long = (self._starts != self._ends).any(axis=1)[pieces_of].any(axis=1)
+        # Evaluated are pairs of points first, then those with a line; the order takes these back to the groups.
+        kinds = np.argsort(long, stable=True)
+        self._pairs, self._pair_order, self._n_points = pieces_of[kinds], np.argsort(kinds), int((~long).sum())
 
     def _set_ground(self, shapes: tuple[LinkShape, ...]) -> None:
         """Choose the points that stay above the ground."""
@@ -119,42 +123,40 @@ class BatchedClearances:
         distance, t, normal = self._least(a, along[..., 0])
         points = start + t[..., None] * (end - start)
         normals = (turned.transpose(0, 1, 3, 2) @ normal[..., None])[..., 0]
-        derivative = self._pulled(contacts, self._object_joints, points, normals)
-        n_q = self.problem.hand.n_joints
-        derivative[:, :, n_q : n_q + 3] = normals
-        derivative[:, :, n_q + 3 : n_q + 6] = cross(points, normals)
+        pulled = self._pulled(contacts, self._object_joints, points, normals)
+        derivative = side_by_side([pulled, normals, cross(points, normals)], contacts.d_torques.shape[2])
         return Rows(name, distance - self._object_radii - self.options.margin, derivative)
 
     def _least(self, start: Array, along: Array) -> tuple[Array, Array, Array]:
         """Return the least φ on segments in O, of shape (B, k), where along them, and ∇φ there."""
-        shape, solid = start.shape[:2], self.problem.grasp_object.solid
-        lines = np.flatnonzero(self._object_lines)
-        points = np.flatnonzero(~self._object_lines)
-        distance, t, gradient = np.empty(shape), np.zeros(shape), np.empty((*shape, 3))
+        xp, points, lines = namespace(start), self._object_points, self._object_lines
+        found = []
         if len(points):
-            found = solid.sample(start[:, points].reshape(-1, 3))
-            distance[:, points] = found.distance.reshape(-1, len(points))
-            gradient[:, points] = found.gradient.reshape(-1, len(points), 3)
+            sample = self.problem.grasp_object.solid.sample(start[:, points].reshape(-1, 3))
+            found.append((sample.distance, xp.zeros_like(sample.distance), sample.gradient))
         if len(lines):
-            parts = self._least_on_lines(start[:, lines].reshape(-1, 3), along[:, lines].reshape(-1, 3))
-            for whole, part in zip((distance, t, gradient), parts, strict=True):
-                whole[:, lines] = part.reshape(whole[:, lines].shape)
-        return distance, t, gradient
+            found.append(self._least_on_lines(start[:, lines].reshape(-1, 3), along[:, lines].reshape(-1, 3)))
+        distance, t, gradient = (
+            xp.concatenate([part.reshape(len(start), -1, *part.shape[1:]) for part in parts], axis=1)
+            for parts in zip(*found, strict=True)
+        )
+        order = self._object_order
+        return distance[:, order], t[:, order], gradient[:, order]
 
     def _least_on_lines(self, flat: Array, slope: Array) -> tuple[Array, Array, Array]:
         """Return the least φ on n segments that are no points, of shape (n,), where along them, and ∇φ there."""
-        solid, count = self.problem.grasp_object.solid, len(flat)
-        tries = np.repeat(SAMPLES, count)
-        found = solid.sample(np.tile(flat, (len(SAMPLES), 1)) + tries[:, None] * np.tile(slope, (len(SAMPLES), 1)))
+        xp, solid, count = namespace(flat), self.problem.grasp_object.solid, len(flat)
+        tries = xp.asarray(np.repeat(SAMPLES, count))
+        found = solid.sample(xp.tile(flat, (len(SAMPLES), 1)) + tries[:, None] * xp.tile(slope, (len(SAMPLES), 1)))
         best = found.distance.reshape(len(SAMPLES), count).argmin(axis=0)
         rows = best * count + np.arange(count)
         t, sample = tries[rows], (found.distance[rows], found.gradient[rows], found.hessian[rows])
         for _ in range(NEWTON_STEPS):
             _, gradient, hessian = sample
-            first = np.einsum("ij,ij->i", gradient, slope)
-            second = np.einsum("ij,ijk,ik->i", slope, hessian, slope)
-            floor = 1e-9 + 0.5 * np.abs(first)  # a step of two where there is no curvature: to the end
-            t = np.clip(t - first / np.maximum(second, floor), 0.0, 1.0)
+            first = xp.einsum("ij,ij->i", gradient, slope)
+            second = xp.einsum("ij,ijk,ik->i", slope, hessian, slope)
+            floor = 1e-9 + 0.5 * xp.abs(first)  # a step of two where there is no curvature: to the end
+            t = xp.clip(t - first / xp.maximum(second, floor), 0.0, 1.0)
             now = solid.sample(flat + t[:, None] * slope)
             sample = (now.distance, now.gradient, now.hessian)
         return sample[0], t, sample[1]
@@ -163,28 +165,30 @@ class BatchedClearances:
         """Return the least distance of each two fingers and of each finger and the palm."""
         placed, count = contacts.placed, len(contacts.states)
         start = placed.points(self._joints, self._starts)
-        first, second = self._pairs.T
-        a, b = start[:, first], start[:, second]
-        if len(self._lines):
-            end, lines = placed.points(self._joints, self._ends), self._lines
-            ends = (array[:, index[lines]].reshape(-1, 3) for index in (first, second) for array in (start, end))
-            a[:, lines], b[:, lines] = (points.reshape(count, -1, 3) for points in segment_pairs(*ends))
+        xp, (first, second) = namespace(start), self._pairs.T
+        a, b = (start[:, index[: self._n_points]] for index in (first, second))
+        if self._n_points < len(first):
+            end, lines = placed.points(self._joints, self._ends), (index[self._n_points :] for index in (first, second))
+            ends = (array[:, index].reshape(-1, 3) for index in lines for array in (start, end))
+            closest = (points.reshape(count, -1, 3) for points in segment_pairs(*ends))
+            a, b = (xp.concatenate(parts, axis=1) for parts in zip((a, b), closest, strict=True))
         apart = a - b
-        axis_distance = np.sqrt(np.einsum("bkl,bkl->bk", apart, apart)) + 1e-12
+        axis_distance = xp.sqrt(xp.einsum("bkl,bkl->bk", apart, apart)) + 1e-12
         distance = axis_distance - (self._radii[first] + self._radii[second])
         worst = self._worst(distance)
         rows = np.arange(count)[:, None]
         normals = apart[rows, worst] / axis_distance[rows, worst][..., None]
-        derivative = np.zeros((count, worst.shape[1], contacts.d_torques.shape[2]))
-        for sign, points, index in ((1.0, a, first), (-1.0, b, second)):
-            joints = self._joints[index][worst]
-            derivative += self._pulled(contacts, joints, points[rows, worst], sign * normals)
+        sides = ((a, first, normals), (b, second, -normals))
+        pulls = [self._pulled(contacts, xp.take(self._joints[k], worst), p[rows, worst], n) for p, k, n in sides]
+        derivative = side_by_side([pulls[0] + pulls[1]], contacts.d_torques.shape[2])
         return Rows("self_collision", distance[rows, worst] - self.options.margin, derivative)
 
     def _worst(self, distance: Array) -> Indices:
         """Return which pair of every group is closest, of shape (B, groups)."""
+        xp, grouped = namespace(distance), distance[:, self._pair_order]
         parts = pairwise([*self._groups.tolist(), distance.shape[1]])
-        return np.stack([low + distance[:, low:high].argmin(axis=1) for low, high in parts], axis=1)
+        least = xp.stack([low + grouped[:, low:high].argmin(axis=1) for low, high in parts], axis=1)
+        return xp.take(self._pair_order, least)
 
     def _ground_rows(self, contacts: BatchedContacts) -> Rows:
         """Return the least height of any point above the ground."""
@@ -195,10 +199,8 @@ class BatchedClearances:
         worst = heights.argmin(axis=1)[:, None]
         rows = np.arange(count)[:, None]
         lowest = points[rows, worst]
-        derivative = self._pulled(contacts, self._corner_joints[worst], lowest, up)
-        n_q = self.problem.hand.n_joints
-        derivative[:, :, n_q : n_q + 3] = up
-        derivative[:, :, n_q + 3 : n_q + 6] = cross(lowest, up)
+        pulled = self._pulled(contacts, namespace(worst).take(self._corner_joints, worst), lowest, up)
+        derivative = side_by_side([pulled, up, cross(lowest, up)], contacts.d_torques.shape[2])
         return Rows("ground", heights[rows, worst], derivative)
 
     def _leaning_rows(
@@ -208,22 +210,20 @@ class BatchedClearances:
         which, joints = (np.array([each[k] for each in axes], dtype=int) for k in (0, 1))
         along = contacts.placed.directions(joints, np.array([each[2] for each in axes]))
         room = np.array([each[3] for each in axes])
-        normals, n_g = contacts.normals[:, which], contacts.d_normals.shape[2]
-        derivative = np.zeros((len(normals), len(which), contacts.d_torques.shape[2]))
-        derivative[:, :, :n_g] = (contacts.d_normals[:, which] @ along[..., None])[..., 0]
+        xp, normals, n_q = namespace(along), contacts.normals[:, which], self.problem.hand.n_joints
+        leant = (contacts.d_normals[:, which] @ along[..., None])[..., 0]
         spins = (contacts.placed.axes @ cross(along, normals).transpose(0, 2, 1)).transpose(0, 2, 1)
         turning = spins * (self.tree.carried[joints] * ~self.tree.slides)
-        derivative[:, :, : self.problem.hand.n_joints] += turning @ self.problem.hand.coupling
-        value = np.einsum("bik,bik->bi", normals, along) + room
+        by_joints = leant[:, :, :n_q] + turning @ self.problem.hand.coupling
+        derivative = side_by_side([by_joints, leant[:, :, n_q:]], contacts.d_torques.shape[2])
+        value = xp.einsum("bik,bik->bi", normals, along) + room
         return Rows(name, value, derivative, equality=name == "tangency")
 
     def _pulled(self, contacts: BatchedContacts, joints: Indices, points: Array, normals: Array) -> Array:
-        """Return ∂(n·p) by the joint angles of points fixed to joints, in columns of x, of shape (B, k, n_x)."""
-        placed, n_q = contacts.placed, self.problem.hand.n_joints
+        """Return ∂(n·p) by the joint angles of points fixed to joints, of shape (B, k, n_q)."""
+        xp, placed = namespace(points), contacts.placed
         moments = cross(placed.translations[:, self.tree.joint_of], placed.axes)
-        turning = np.where(self.tree.slides[:, None], 0.0, placed.axes)
-        shifting = np.where(self.tree.slides[:, None], placed.axes, moments)
+        turning = xp.where(self.tree.slides[:, None], 0.0, placed.axes)
+        shifting = xp.where(self.tree.slides[:, None], placed.axes, moments)
         every = cross(points, normals) @ turning.transpose(0, 2, 1) + normals @ shifting.transpose(0, 2, 1)
-        derivative = np.zeros((*points.shape[:2], contacts.d_torques.shape[2]))
-        derivative[:, :, :n_q] = (every * self.tree.carried[joints]) @ self.problem.hand.coupling
-        return derivative
+        return (every * xp.take(self.tree.carried, joints, axis=0)) @ self.problem.hand.coupling

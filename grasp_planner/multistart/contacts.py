@@ -11,7 +11,8 @@ import numpy as np
 
 from ..evaluation.state import FORCE_SMOOTHING, FRICTION_SMOOTHING
 from ..problem.problem import GraspProblem
-from ..spatial import Array, skew
+from ..spatial import Array, namespace, skew
+from .rows import own_columns
 from .states import States
 from .tree import BatchedTree, PlacedTree, cross
 
@@ -63,18 +64,18 @@ class BatchedContacts:
             friction: μ of every contact, of shape (n_c,).
         """
         forces, normal, d_normal = self.states.forces, self.normal_forces, self.d_normal_forces
-        squared = np.einsum("bik,bik->bi", forces, forces) - normal**2
-        length = np.sqrt(np.maximum(squared, 0.0) + FRICTION_SMOOTHING**2)
-        derivative = (friction + normal / length)[..., None] * d_normal
-        n_c, first = forces.shape[1], derivative.shape[2] - 3 * forces.shape[1]
-        for i in range(n_c):
-            derivative[:, i, first + 3 * i : first + 3 * i + 3] -= forces[:, i] / length[:, i, None]
-        return friction * normal - length, derivative
+        xp, n_g = namespace(forces), self.d_normals.shape[2]
+        squared = xp.einsum("bik,bik->bi", forces, forces) - normal**2
+        length = xp.sqrt(xp.maximum(squared, 0.0) + FRICTION_SMOOTHING**2)
+        slope = (friction + normal / length)[..., None] * d_normal
+        by_force = slope[..., n_g:] - own_columns(forces / length[..., None])
+        return friction * normal - length, xp.concatenate([slope[..., :n_g], by_force], axis=2)
 
     @property
     def force_norm(self) -> Array:
         """F [N], of shape (B,)."""
-        return np.sqrt(np.einsum("bi,bi->b", self.normal_forces, self.normal_forces) + FORCE_SMOOTHING**2)
+        xp = namespace(self.normal_forces)
+        return xp.sqrt(xp.einsum("bi,bi->b", self.normal_forces, self.normal_forces) + FORCE_SMOOTHING**2)
 
 
 class BatchedContactEvaluator:
@@ -91,25 +92,25 @@ class BatchedContactEvaluator:
 
     def evaluate(self, states: States) -> BatchedContacts:
         """Evaluate the contacts of states, with all derivatives."""
-        problem, tree, count, n_c = self.problem, self.tree, len(states), len(self._joints)
+        problem, tree, xp = self.problem, self.tree, namespace(states.joints)
         coupling, radii = problem.hand.coupling, problem.radii
         placed = tree.place(states.joints)
         centres = placed.points(self._joints, self._centres)
         normals, gaps, d_gaps_centre, bend = self._surface(states, centres)
         full = tree.velocities(placed, centres, self._joints)
         spins = tree.spins(placed, self._joints)
-        n_q, n_g = coupling.shape[1], coupling.shape[1] + 6
+        n_q = coupling.shape[1]
 
-        moved = np.empty((count, n_c, n_g, 3))  # of the tips' centres against the object
-        moved[:, :, :n_q] = coupling.T @ full
-        moved[:, :, n_q : n_q + 3] = np.eye(3)
-        moved[:, :, n_q + 3 :] = skew(centres)  # row k: e_k × p
-        d_normals = -(moved @ bend)
-        d_normals[:, :, n_q + 3 :] += -skew(normals)  # n turns against the palm: −w × n
+        by_joints = coupling.T @ full
+        unit = xp.broadcast_to(np.eye(3), (*centres.shape, 3))
+        # Of the tips' centres against the object; row k of skew(p) is e_k × p.
+        moved = xp.concatenate([by_joints, unit, skew(centres)], axis=2)
+        leant = moved @ -bend
+        # n turns against the palm: −w × n
+        d_normals = xp.concatenate([leant[:, :, : n_q + 3], leant[:, :, n_q + 3 :] - skew(normals)], axis=2)
         points = centres + radii[:, None] * normals
-        d_points = np.zeros_like(moved)
-        d_points[:, :, :n_q] = moved[:, :, :n_q]
-        d_points += radii[:, None, None] * d_normals
+        rolled = radii[:, None, None] * d_normals
+        d_points = xp.concatenate([by_joints + rolled[:, :, :n_q], rolled[:, :, n_q:]], axis=2)
 
         arms = radii[:, None] * normals
         material = full + cross(spins, arms[:, :, None])
@@ -117,11 +118,7 @@ class BatchedContactEvaluator:
         torques, d_torques = self._torques(states.forces, material, spins, velocities, d_points)
         origin = -(states.rotation.transpose(0, 2, 1) @ states.translation[..., None])[..., 0]
         balance, d_balance = self._balance(states, points, d_points, origin)
-        normal_forces = np.einsum("bik,bik->bi", normals, states.forces)
-        d_normal_forces = np.zeros((count, n_c, n_g + 3 * n_c))
-        d_normal_forces[:, :, :n_g] = (d_normals @ states.forces[..., None])[..., 0]
-        for i in range(n_c):
-            d_normal_forces[:, i, n_g + 3 * i : n_g + 3 * i + 3] = normals[:, i]
+        by_motion = (d_normals @ states.forces[..., None])[..., 0]
         return BatchedContacts(
             states=states,
             placed=placed,
@@ -136,20 +133,20 @@ class BatchedContactEvaluator:
             d_torques=d_torques,
             balance=balance,
             d_balance=d_balance,
-            normal_forces=normal_forces,
-            d_normal_forces=d_normal_forces,
+            normal_forces=xp.einsum("bik,bik->bi", normals, states.forces),
+            d_normal_forces=xp.concatenate([by_motion, own_columns(normals)], axis=2),
             origin=origin,
         )
 
     def _surface(self, states: States, centres: Array) -> tuple[Array, Array, Array, Array]:
         """Return normals, distances, ∇φ in P, and the matrix by which normals follow motions (transposed), in P."""
-        count, n_c, _ = centres.shape
+        xp, (count, n_c, _) = namespace(centres), centres.shape
         turned = states.rotation[:, None]
         in_object = (turned @ centres[..., None])[..., 0] + states.translation[:, None]
         sample = self.problem.grasp_object.sample(in_object.reshape(-1, 3))
         back = turned.transpose(0, 1, 3, 2)
         gradient = (back @ sample.gradient.reshape(count, n_c, 3, 1))[..., 0]
-        slope = np.sqrt(np.einsum("bik,bik->bi", gradient, gradient))[..., None]
+        slope = xp.sqrt(xp.einsum("bik,bik->bi", gradient, gradient))[..., None]
         normals = -gradient / slope
         bend = back @ sample.hessian.reshape(count, n_c, 3, 3) @ turned / slope[..., None]
         bend = bend - normals[..., :, None] * (normals[..., None, :] @ bend)
@@ -159,9 +156,9 @@ class BatchedContactEvaluator:
         self, forces: Array, material: Array, spins: Array, velocities: Array, d_points: Array
     ) -> tuple[Array, Array]:
         """Return τ = Jᵀ f and its derivatives: by the tree's second derivatives, by points, by forces."""
-        coupling, count, n_c = self.problem.hand.coupling, len(forces), forces.shape[1]
+        xp, coupling, (count, n_c, _) = namespace(forces), self.problem.hand.coupling, forces.shape
         n_q, n_g = coupling.shape[1], d_points.shape[2]
-        torques = np.einsum("biqk,bik->bq", velocities, forces)
+        torques = xp.einsum("biqk,bik->bq", velocities, forces)
         # f·(ω_a × ∂p/∂q_b) for a at or before b in the chain; both factors vanish off the chain.
         pulls = cross(forces[:, :, None], spins)
         n_v = pulls.shape[2]
@@ -169,35 +166,29 @@ class BatchedContactEvaluator:
             count, -1, n_v
         )
         curved = products * self._upper + (products * self._strict).transpose(0, 2, 1)
-        derivative = np.zeros((count, n_q, n_g + 3 * n_c))
-        derivative[:, :, :n_q] = coupling.T @ curved @ coupling
         # What the point of contact moves on the finger itself: f × ω_a against ∂p less that of the material point.
-        sliding = np.array(d_points)
-        sliding[:, :, :n_q] -= velocities
-        levers = coupling.T @ pulls
-        derivative[:, :, :n_g] += levers.transpose(0, 2, 1, 3).reshape(count, n_q, -1) @ sliding.transpose(
-            0, 1, 3, 2
-        ).reshape(count, -1, n_g)
-        derivative[:, :, n_g:] = velocities.transpose(0, 2, 1, 3).reshape(count, n_q, 3 * n_c)
-        return torques, derivative
+        sliding = xp.concatenate([d_points[:, :, :n_q] - velocities, d_points[:, :, n_q:]], axis=2)
+        levers = (coupling.T @ pulls).transpose(0, 2, 1, 3).reshape(count, n_q, -1)
+        slid = levers @ sliding.transpose(0, 1, 3, 2).reshape(count, -1, n_g)
+        by_joints = coupling.T @ curved @ coupling + slid[:, :, :n_q]
+        by_forces = velocities.transpose(0, 2, 1, 3).reshape(count, n_q, 3 * n_c)
+        return torques, xp.concatenate([by_joints, slid[:, :, n_q:], by_forces], axis=2)
 
     def _balance(self, states: States, points: Array, d_points: Array, origin: Array) -> tuple[Array, Array]:
         """Return G f + w_ext about the object's origin, in P, and its derivatives."""
-        forces, count, n_c, n_g = states.forces, len(states), points.shape[1], d_points.shape[2]
+        xp, forces, (count, n_c, n_g, _) = namespace(points), states.forces, d_points.shape
         turned = states.rotation.transpose(0, 2, 1)
         wrench = self.problem.external_wrench
         pushed, twisted = turned @ wrench[:3], turned @ wrench[3:]
         total = forces.sum(axis=1)
         arms = points - origin[:, None]
-        balance = np.concatenate([total + pushed, cross(arms, forces).sum(axis=1) + twisted], axis=1)
-        derivative = np.zeros((count, 6, n_g + 3 * n_c))
-        angular, linear = slice(n_g - 3, n_g), slice(n_g - 6, n_g - 3)
-        derivative[:, :3, angular] = skew(pushed)
-        derivative[:, 3:, angular] = skew(twisted)
+        balance = xp.concatenate([total + pushed, cross(arms, forces).sum(axis=1) + twisted], axis=1)
+        still, each = xp.zeros((count, 3, n_g - 3)), xp.broadcast_to(np.tile(np.eye(3), n_c), (count, 3, 3 * n_c))
+        by_force = xp.concatenate([still, skew(pushed), each], axis=2)
         # δa = δp − δo with δo = o × w − v: the object moves against the palm.
-        derivative[:, 3:, :n_g] -= np.einsum("bikl,bigl->bkg", skew(forces), d_points)
-        derivative[:, 3:, linear] -= skew(total)
-        derivative[:, 3:, angular] += skew(total) @ skew(origin)
-        derivative[:, :3, n_g:] = np.tile(np.eye(3), (1, n_c))
-        derivative[:, 3:, n_g:] = skew(arms).transpose(0, 2, 1, 3).reshape(count, 3, 3 * n_c)
-        return balance, derivative
+        moved = -xp.einsum("bikl,bigl->bkg", skew(forces), d_points)
+        linear = moved[..., -6:-3] - skew(total)
+        angular = moved[..., -3:] + skew(twisted) + skew(total) @ skew(origin)
+        levers = skew(arms).transpose(0, 2, 1, 3).reshape(count, 3, 3 * n_c)
+        by_moment = xp.concatenate([moved[..., :-6], linear, angular, levers], axis=2)
+        return balance, xp.concatenate([by_force, by_moment], axis=1)

@@ -12,9 +12,9 @@ from ..evaluation.load_response import CONE_SMOOTHING
 from ..model.compliance import softened
 from ..problem.problem import GraspProblem
 from ..problem.tendon_drive import passive_compliance
-from ..spatial import Array, skew
+from ..spatial import Array, namespace
 from .contacts import BatchedContacts
-from .rows import Rows
+from .rows import Rows, own_columns
 
 
 class BatchedLoads:
@@ -42,20 +42,17 @@ class BatchedLoads:
     def _answer(self, contacts: BatchedContacts) -> Array:
         """Return R in P of a unit disturbance in O, of shape (B, 3 n_c, 6 or 12): forces change by −R d."""
         count, n_c, n_q, _ = contacts.velocities.shape
-        size = self.loads.size
+        xp, size = namespace(contacts.points), self.loads.size
         if not self.loads.disturbed:
-            return np.zeros((count, 3 * n_c, size))
+            return xp.zeros((count, 3 * n_c, size))
         jacobian = contacts.velocities.transpose(0, 1, 3, 2).reshape(count, 3 * n_c, n_q)
         soft = softened(jacobian, self._compliance) @ jacobian.transpose(0, 2, 1)
-        soft.reshape(count, -1)[:, :: 3 * n_c + 1] += 1.0 / self.problem.parameters.contact_stiffness
-        grasp = np.empty((count, 6, 3 * n_c))
-        grasp[:, :3] = np.tile(np.eye(3), (1, n_c))
-        arms = contacts.points - contacts.origin[:, None]
-        grasp[:, 3:] = skew(arms).transpose(0, 2, 1, 3).reshape(count, 3, 3 * n_c)
-        spread = np.linalg.solve(soft, grasp.transpose(0, 2, 1))  # K Gᵀ
-        matrix = spread @ np.linalg.inv(grasp @ spread)
+        soft += np.eye(3 * n_c) / self.problem.parameters.contact_stiffness
+        grasp = contacts.d_balance[:, :, -3 * n_c :]  # G, what moves balance by forces
+        spread = xp.linalg.solve(soft, grasp.transpose(0, 2, 1))  # K Gᵀ
+        matrix = spread @ xp.linalg.inv(grasp @ spread)
         if self.loads.displaced:
-            matrix = np.concatenate([matrix, spread], axis=2)
+            matrix = xp.concatenate([matrix, spread], axis=2)
         turned = contacts.states.rotation.transpose(0, 2, 1)
         blocks = matrix.reshape(count, 3 * n_c, size // 3, 3).transpose(0, 2, 1, 3) @ turned[:, None]
         return blocks.transpose(0, 2, 1, 3).reshape(count, 3 * n_c, size)
@@ -63,21 +60,18 @@ class BatchedLoads:
     def _cones(self, contacts: BatchedContacts, answer: Array) -> Rows:
         """Return what is left of the cones of μ/s, of every contact in every case."""
         forces, normals = contacts.states.forces, contacts.normals
-        count, n_c, _ = forces.shape
+        xp, (count, n_c, _) = namespace(forces), forces.shape
         changes = (answer @ self._cases.T).reshape(count, n_c, 3, -1).transpose(0, 1, 3, 2)
         each = forces[:, :, None] - changes  # (B, n_c, n_k, 3)
         normal = (each @ normals[..., None])[..., 0]
         tangential = each - normal[..., None] * normals[:, :, None]
-        length = np.sqrt(np.einsum("bikl,bikl->bik", tangential, tangential) + CONE_SMOOTHING**2)
+        length = xp.sqrt(xp.einsum("bikl,bikl->bik", tangential, tangential) + CONE_SMOOTHING**2)
         by_force = self._friction[..., None] * normals[:, :, None] - tangential / length[..., None]
         by_normal = (self._friction + normal / length)[..., None] * each
-        n_k, n_g = each.shape[2], contacts.d_normals.shape[2]
-        derivative = np.zeros((count, n_c, n_k, n_g + 3 * n_c))
-        derivative[..., :n_g] = by_normal @ contacts.d_normals.transpose(0, 1, 3, 2)
-        for i in range(n_c):
-            derivative[:, i, :, n_g + 3 * i : n_g + 3 * i + 3] = by_force[:, i]
+        by_motion = by_normal @ contacts.d_normals.transpose(0, 1, 3, 2)
+        derivative = xp.concatenate([by_motion, own_columns(by_force)], axis=3)
         value = self._friction * normal - length
-        return Rows("load_friction", value.reshape(count, -1), derivative.reshape(count, n_c * n_k, -1))
+        return Rows("load_friction", value.reshape(count, -1), derivative.reshape(count, -1, derivative.shape[3]))
 
     def _normals(self, contacts: BatchedContacts, answer: Array) -> list[Rows]:
         """Return how far normal forces stay from their limits in the worst cases."""
@@ -99,14 +93,16 @@ class BatchedLoads:
         jacobian = contacts.velocities.transpose(0, 2, 1, 3).reshape(count, n_q, 3 * n_c)[:, limited]
         low, high = self._worst(contacts.torques[:, limited], jacobian @ answer)
         slope = contacts.d_torques[:, limited]
-        value = np.concatenate([limits[limited] + low, limits[limited] - high], axis=1)
-        return [Rows("load_torque", value, np.concatenate([slope, -slope], axis=1))]
+        xp = namespace(slope)
+        value = xp.concatenate([limits[limited] + low, limits[limited] - high], axis=1)
+        return [Rows("load_torque", value, xp.concatenate([slope, -slope], axis=1))]
 
     def _worst(self, value: Array, rows: Array) -> tuple[Array, Array]:
         """Return least and largest values of v − a·d over the listed cases and the spheres, of shape (B, k)."""
+        xp = namespace(value)
         listed = value[..., None] - rows @ self._listed.T
         low, high = listed.min(axis=2), listed.max(axis=2)
         for part, radius in self._spheres:
-            swing = radius * np.linalg.norm(rows[..., part], axis=2)
-            low, high = np.minimum(low, value - swing), np.maximum(high, value + swing)
+            swing = radius * xp.linalg.norm(rows[..., part], axis=2)
+            low, high = xp.minimum(low, value - swing), xp.maximum(high, value + swing)
         return low, high

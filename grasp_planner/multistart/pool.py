@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ..spatial import Array, Indices
+from ..spatial import Array, Indices, namespace
 from .problem_rows import UNITS, BatchedProblem
-from .states import States
+from .states import States, chosen
 
 JOINT_SCALE, TRANSLATION_SCALE, ROTATION_SCALE, FORCE_SCALE = 0.3, 0.1, 1.0, 2.0
 """Unit steps of the scaled variables [rad, m, rad, N]."""
@@ -66,7 +66,7 @@ class _Rows:
     @property
     def cost(self) -> Array:
         """Sum of squares, of shape (B,)."""
-        return np.einsum("bi,bi->b", self.residual, self.residual)
+        return namespace(self.residual).einsum("bi,bi->b", self.residual, self.residual)
 
     def take(self, rows: Indices) -> _Rows:
         """Return some of them."""
@@ -81,13 +81,14 @@ class _Rows:
 
     def joined(self, other: _Rows) -> _Rows:
         """Return these and others."""
+        xp = namespace(self.residual)
         return _Rows(
             self.states.joined(other.states),
-            np.concatenate([self.residual, other.residual]),
-            np.concatenate([self.jacobian, other.jacobian]),
-            np.concatenate([self.damping, other.damping]),
-            np.concatenate([self.age, other.age]),
-            np.concatenate([self.marked, other.marked]),
+            xp.concatenate([self.residual, other.residual]),
+            xp.concatenate([self.jacobian, other.jacobian]),
+            xp.concatenate([self.damping, other.damping]),
+            xp.concatenate([self.age, other.age]),
+            xp.concatenate([self.marked, other.marked]),
         )
 
 
@@ -127,11 +128,11 @@ class Pool:
         while len(pool.states):
             check()
             pool = self._stepped(pool)
-            done = self._solved(pool.residual)
+            done = np.asarray(self._solved(pool.residual))
             for row in np.flatnonzero(done):
                 self.count.found += 1
                 yield pool.states.take(np.array([row]))
-            dropped = self._hopeless(pool) & ~done
+            dropped = np.asarray(self._hopeless(pool)) & ~done
             keep = ~(done | dropped)
             self._remember(pool.take(np.flatnonzero(dropped)))
             room = min(self.width - int(keep.sum()), total - self.count.starts)
@@ -142,7 +143,7 @@ class Pool:
     def _remember(self, dropped: _Rows) -> None:
         """Count dropped states, and keep those that came nearest to feasible."""
         self.count.dropped += len(dropped.states)
-        cost = dropped.cost
+        cost = np.asarray(dropped.cost)
         near = [(float(cost[row]), dropped.states.take(np.array([row]))) for row in np.flatnonzero(cost < NEAR)]
         self.nearest = sorted([*self.nearest, *near], key=lambda each: each[0])[:REMEMBERED]
 
@@ -151,48 +152,45 @@ class Pool:
         self.count.starts += number
         states = make(number)
         residual, jacobian = self._evaluate(states)
-        finite = np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
+        xp = namespace(residual)
+        finite = xp.isfinite(residual).all(axis=1) & xp.isfinite(jacobian).all(axis=(1, 2))
         self.count.not_finite += int((~finite).sum())
-        rows = np.flatnonzero(finite)
-        cost = np.einsum("bi,bi->b", residual, residual)
-        fresh = _Rows(states, residual, jacobian, np.full(number, FIRST_DAMPING), np.zeros(number, dtype=int), cost)
-        return fresh.take(rows)
+        cost = xp.einsum("bi,bi->b", residual, residual)
+        fresh = _Rows(states, residual, jacobian, xp.full(number, FIRST_DAMPING), xp.zeros(number, dtype=int), cost)
+        return fresh.take(np.flatnonzero(finite))
 
     def _evaluate(self, states: States) -> tuple[Array, Array]:
         """Return weighted residuals, zero where an inequality is met, and their Jacobian by scaled variables."""
         self.count.evaluations += len(states)
-        values, slopes = [], []
+        xp, values, slopes = namespace(states.joints), [], []
         for rows in self.batched.rows(states):
             unit = UNITS[rows.name]
             value = unit.weight * rows.value
             if not rows.equality:
-                value = np.minimum(value - unit.weight * unit.margin, 0.0)
+                value = xp.minimum(value - unit.weight * unit.margin, 0.0)
             values.append(value)
             slopes.append((unit.weight * self._scale) * rows.derivative)
-        return np.concatenate(values, axis=1), np.concatenate(slopes, axis=1)
+        return xp.concatenate(values, axis=1), xp.concatenate(slopes, axis=1)
 
     def _solved(self, residual: Array) -> npt.NDArray[np.bool_]:
         """Return which states are feasible: every weighted residual small, inequalities with their margins."""
-        return np.abs(residual).max(axis=1) < SOLVED
+        return namespace(residual).abs(residual).max(axis=1) < SOLVED
 
     def _stepped(self, pool: _Rows) -> _Rows:
         """Return the pool after one step of every state that a step brings nearer."""
-        hand = self.batched.problem.hand
+        xp, hand = namespace(pool.residual), self.batched.problem.hand
         step = self._step(pool)
         states = pool.states.stepped(step, hand.lower, hand.upper)
         with np.errstate(all="ignore"):
             residual, jacobian = self._evaluate(states)
-            cost = np.einsum("bi,bi->b", residual, residual)
+            cost = xp.einsum("bi,bi->b", residual, residual)
             better = cost < pool.cost  # false where it is not finite
-        rows = np.flatnonzero(better)
-        new_residual, new_jacobian = np.array(pool.residual), pool.jacobian
-        new_residual[rows], new_jacobian[rows] = residual[rows], jacobian[rows]
-        damping = np.where(better, pool.damping * EASIER, pool.damping * HARDER)
+        damping = xp.where(better, pool.damping * EASIER, pool.damping * HARDER)
         return _Rows(
-            states=pool.states.put(rows, states.take(rows)),
-            residual=new_residual,
-            jacobian=new_jacobian,
-            damping=np.clip(damping, LEAST_DAMPING, MOST_DAMPING),
+            states=pool.states.replaced(better, states),
+            residual=chosen(better, residual, pool.residual),
+            jacobian=chosen(better, jacobian, pool.jacobian),
+            damping=xp.clip(damping, LEAST_DAMPING, MOST_DAMPING),
             age=pool.age + 1,
             marked=pool.marked,
         )
@@ -200,29 +198,27 @@ class Pool:
     def _step(self, pool: _Rows) -> Array:
         """Return the damped Gauss–Newton steps, of shape (B, n_x), joints at a limit held where they press on it."""
         hand, n_q = self.batched.problem.hand, self._n_q
-        active = pool.residual != 0.0
+        xp, active = namespace(pool.residual), pool.residual != 0.0
         most = int(active.sum(axis=1).max())
-        order = np.argsort(~active, axis=1, kind="stable")[:, :most]
-        residual = np.take_along_axis(pool.residual, order, axis=1)
-        jacobian = np.take_along_axis(pool.jacobian, order[:, :, None], axis=1)
+        order = xp.argsort(~active, axis=1, stable=True)[:, :most]
+        residual = xp.take_along_axis(pool.residual, order, axis=1)
+        jacobian = xp.take_along_axis(pool.jacobian, order[:, :, None], axis=1)
         jacobian *= (residual != 0.0)[:, :, None]
         slope = (residual[:, None] @ jacobian)[:, 0]
         q = pool.states.joints
         held = ((q <= hand.lower) & (slope[:, :n_q] > 0.0)) | ((q >= hand.upper) & (slope[:, :n_q] < 0.0))
-        free = np.ones(slope.shape, dtype=bool)
-        free[:, :n_q] = ~held
+        free = xp.concatenate([~held, xp.ones_like(slope[:, n_q:], dtype=bool)], axis=1)
         jacobian *= free[:, None]
         normal = jacobian.transpose(0, 2, 1) @ jacobian
-        n = normal.shape[1]
-        normal.reshape(len(normal), -1)[:, :: n + 1] += pool.damping[:, None]
-        step = -np.linalg.solve(normal, (slope * free)[..., None])[..., 0] * self._scale
-        largest = np.maximum(np.abs(step[:, :n_q]).max(axis=1), np.abs(step[:, n_q + 3 : n_q + 6]).max(axis=1))
-        return step * np.minimum(1.0, LONGEST_TURN / np.maximum(largest, 1e-12))[:, None]
+        normal += pool.damping[:, None, None] * np.eye(normal.shape[1])
+        step = -xp.linalg.solve(normal, (slope * free)[..., None])[..., 0] * self._scale
+        largest = xp.maximum(xp.abs(step[:, :n_q]).max(axis=1), xp.abs(step[:, n_q + 3 : n_q + 6]).max(axis=1))
+        return step * xp.minimum(1.0, LONGEST_TURN / xp.maximum(largest, 1e-12))[:, None]
 
     def _hopeless(self, pool: _Rows) -> npt.NDArray[np.bool_]:
         """Return which states do not come nearer, and mark the others' costs."""
         due = pool.age % WINDOW == 0
         cost = pool.cost
         stalled = due & (cost > STALLED * pool.marked)
-        pool.marked = np.where(due, cost, pool.marked)
+        pool.marked = namespace(cost).where(due, cost, pool.marked)
         return stalled | (pool.age >= OLDEST)

@@ -11,11 +11,11 @@ from ..problem.finger_share import shares_removed, wants_shares
 from ..problem.problem import GraspProblem
 from ..problem.tendon_drive import driving_tendons, tension_map
 from ..problem.term import METRE, NEWTON, NEWTON_METRE, ONE, RADIAN, Unit
-from ..spatial import Array
+from ..spatial import Array, namespace, skew
 from .clearances import BatchedClearances
 from .contacts import BatchedContactEvaluator, BatchedContacts
 from .loads import BatchedLoads
-from .rows import Rows
+from .rows import Rows, side_by_side
 from .states import States
 from .tree import BatchedTree
 
@@ -72,7 +72,7 @@ class BatchedProblem:
         """Return the rows of states, those of the same requirements for any states."""
         problem, contacts = self.problem, self.contacts(states)
         found = [
-            Rows("surface", contacts.gaps, self._padded(contacts.d_gaps), equality=True),
+            Rows("surface", contacts.gaps, side_by_side([contacts.d_gaps], self.n_variables), equality=True),
             *self._springs(contacts),
             Rows("equilibrium_force", contacts.balance[:, :3], contacts.d_balance[:, :3], equality=True),
             Rows("equilibrium_moment", contacts.balance[:, 3:], contacts.d_balance[:, 3:], equality=True),
@@ -83,9 +83,8 @@ class BatchedProblem:
         ]
         if problem.clearance.remark1 and len(problem.abduction_differences):
             order = problem.abduction_differences
-            slope = np.zeros((len(states), len(order), self.n_variables))
-            slope[:, :, : problem.hand.n_joints] = order
-            found.append(Rows("abduction_order", states.joints @ order.T, slope))
+            slope = namespace(states.joints).broadcast_to(order, (len(states), *order.shape))
+            found.append(Rows("abduction_order", states.joints @ order.T, side_by_side([slope], self.n_variables)))
         if self._loads is not None:
             found += self._loads.rows(contacts)
         if self._clearances is not None:
@@ -96,8 +95,7 @@ class BatchedProblem:
         """Return S_⊥ᵀ (q − q̄ + C_q τ), and what is left to the limits of tensions."""
         problem, compliance = self.problem, self.problem.joint_compliance
         off = contacts.states.joints - problem.synergies.mean + softened(contacts.torques, compliance)
-        slope = bent(compliance, contacts.d_torques)
-        slope[:, :, : problem.hand.n_joints] += np.eye(problem.hand.n_joints)
+        slope = bent(compliance, contacts.d_torques) + np.eye(problem.hand.n_joints, self.n_variables)
         found = [Rows("compliance", off @ self._complement, self._complement.T @ slope, equality=True)]
         if self._tendons is not None and self._pulls.size:
             rows = np.vstack([self._pulls, -self._pulls])
@@ -121,7 +119,8 @@ class BatchedProblem:
             return []
         slope = gradients.reshape(*points.shape[:2], -1, 3) @ moved.swapaxes(2, 3)
         count = len(points)
-        return [Rows("region", margins.reshape(count, -1), self._padded(slope.reshape(count, -1, slope.shape[3])))]
+        derivative = side_by_side([slope.reshape(count, -1, slope.shape[3])], self.n_variables)
+        return [Rows("region", margins.reshape(count, -1), derivative)]
 
     def _edge(self, contacts: BatchedContacts) -> list[Rows]:
         """Return how far contacts are from edges."""
@@ -131,18 +130,12 @@ class BatchedProblem:
         points, moved = _in_object(contacts)
         turned = contacts.states.rotation[:, None]
         normals = (turned @ contacts.normals[..., None])[..., 0]
-        leant = np.array(contacts.d_normals)
-        leant[:, :, -3:] += _turned(contacts.normals)
-        leant = leant @ turned.swapaxes(2, 3)
+        still, turning = contacts.d_normals[:, :, :-3], contacts.d_normals[:, :, -3:] + skew(contacts.normals)
+        leant = namespace(still).concatenate([still, turning], axis=2) @ turned.swapaxes(2, 3)
         value = edge_reserve(problem.grasp_object, points, normals)
         slope = edge_reserve_slope(problem.grasp_object, points, normals, moved, leant)
-        return [Rows("edge", value.reshape(count, -1), self._padded(slope.reshape(count, -1, slope.shape[3])))]
-
-    def _padded(self, derivative: Array) -> Array:
-        """Append zero columns for forces."""
-        padded = np.zeros((*derivative.shape[:2], self.n_variables))
-        padded[:, :, : derivative.shape[2]] = derivative
-        return padded
+        derivative = side_by_side([slope.reshape(count, -1, slope.shape[3])], self.n_variables)
+        return [Rows("edge", value.reshape(count, -1), derivative)]
 
 
 def _in_object(contacts: BatchedContacts) -> tuple[Array, Array]:
@@ -150,14 +143,7 @@ def _in_object(contacts: BatchedContacts) -> tuple[Array, Array]:
     states = contacts.states
     turned = states.rotation[:, None]
     points = (turned @ contacts.points[..., None])[..., 0] + states.translation[:, None]
-    moved = np.array(contacts.d_points)
-    moved[:, :, -6:-3] += np.eye(3)
-    moved[:, :, -3:] += _turned(contacts.points)
-    return points, moved @ turned.swapaxes(2, 3)
-
-
-def _turned(points: Array) -> Array:
-    """Return e_k × p as row k, of shape (..., 3, 3)."""
-    x, y, z = points[..., 0], points[..., 1], points[..., 2]
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*points.shape[:-1], 3, 3)
+    slope = contacts.d_points
+    # With the palm's own motion; row k of skew(p) is e_k × p.
+    moved = [slope[:, :, :-6], slope[:, :, -6:-3] + np.eye(3), slope[:, :, -3:] + skew(contacts.points)]
+    return points, namespace(points).concatenate(moved, axis=2) @ turned.swapaxes(2, 3)

@@ -7,12 +7,13 @@ Everything is in the palm frame P; the batch is the first axis.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
 
 from ..hand.hand import Hand
-from ..spatial import Array, Indices, skew
+from ..spatial import Array, Indices, namespace, skew
 
 TURNING = 1e-9
 """Length of the angular part of a unit joint motion from which a joint turns."""
@@ -49,9 +50,11 @@ class PlacedTree:
 
 @dataclass(frozen=True)
 class _Level:
-    """The joints of one depth: a joint turns as fixed + turning sin θ + lifting (1 − cos θ), and slides along."""
+    """The joints of one depth: a joint turns as fixed + turning sin θ + lifting (1 − cos θ), and slides along.
 
-    joints: Indices
+    Parents are counted among the joints of the depth before.
+    """
+
     parents: Indices
     moving: Indices
     fixed: Array
@@ -90,7 +93,7 @@ class BatchedTree:
         turning = np.linalg.norm(local[:, 3:], axis=1) > TURNING
         self.slides = ~turning
         self._axes = np.where(turning[:, None], local[:, 3:], local[:, :3])
-        self._levels = self._make_levels(model, data)
+        self._set_levels(model, data)
 
     def place(self, q: Array) -> PlacedTree:
         """Return where the joints are.
@@ -98,18 +101,18 @@ class BatchedTree:
         Args:
             q: Postures [rad], of shape (B, n_q).
         """
-        hand = self.hand
+        xp, hand = namespace(q), self.hand
         angles = q @ hand.coupling.T + hand.coupling_offset
-        sines, cosines = np.sin(angles)[..., None, None], np.cos(angles)[..., None, None]
-        count, n_joints = len(q), hand.model.njoints
-        rotations, translations = np.empty((count, n_joints, 3, 3)), np.empty((count, n_joints, 3))
-        rotations[:, 0], translations[:, 0] = self._in_palm.rotation, self._in_palm.translation
+        sines, cosines = xp.sin(angles)[..., None, None], xp.cos(angles)[..., None, None]
+        turned = [xp.broadcast_to(xp.asarray(self._in_palm.rotation), (len(q), 1, 3, 3))]
+        moved = [xp.broadcast_to(xp.asarray(self._in_palm.translation), (len(q), 1, 3))]
         for level in self._levels:
-            above = rotations[:, level.parents]
+            above, origin = turned[-1][:, level.parents], moved[-1][:, level.parents]
             turn = level.fixed + level.turning * sines[:, level.moving] + level.lifting * (1 - cosines[:, level.moving])
-            rotations[:, level.joints] = above @ turn
+            turned.append(above @ turn)
             offsets = level.offsets + level.slides * angles[:, level.moving, None]
-            translations[:, level.joints] = (above @ offsets[..., None])[..., 0] + translations[:, level.parents]
+            moved.append((above @ offsets[..., None])[..., 0] + origin)
+        rotations, translations = (xp.concatenate(each, axis=1)[:, self._placed_as] for each in (turned, moved))
         axes = (rotations[:, self.joint_of] @ self._axes[:, :, None])[..., 0]
         return PlacedTree(rotations, translations, axes)
 
@@ -124,22 +127,23 @@ class BatchedTree:
         arms = points[:, :, None] - placed.translations[:, None, self.joint_of]
         result = cross(placed.axes[:, None], arms)
         if self.slides.any():
-            result = np.where(self.slides[:, None], placed.axes[:, None], result)
+            result = namespace(result).where(self.slides[:, None], placed.axes[:, None], result)
         return result * self.carried[joints][:, :, None]
 
     def spins(self, placed: PlacedTree, joints: Indices) -> Array:
         """Return the angular velocity of joints' frames per velocity of all joints, of shape (B, k, n_v, 3)."""
         return placed.axes[:, None] * (self.carried[joints] * ~self.slides)[:, :, None]
 
-    def _make_levels(self, model: pin.Model, data: pin.Data) -> list[_Level]:
-        """Group the joints by depth."""
+    def _set_levels(self, model: pin.Model, data: pin.Data) -> None:
+        """Group the joints by depth, and find where each stands when these groups follow each other."""
         depth = np.zeros(model.njoints, dtype=int)
         neutral = [pin.SE3(each) for each in data.oMi]
         for joint in range(1, model.njoints):
             depth[joint] = depth[model.parents[joint]] + 1
-        levels = []
-        for step in range(1, int(depth.max()) + 1):
-            joints = np.flatnonzero(depth == step)
+        self._levels: list[_Level] = []
+        groups = [np.flatnonzero(depth == step) for step in range(int(depth.max()) + 1)]
+        self._placed_as = np.argsort(np.concatenate(groups))
+        for before, joints in pairwise(groups):
             parents = np.array([model.parents[int(joint)] for joint in joints])
             moving = np.array([model.joints[int(joint)].idx_v for joint in joints])
             still = [
@@ -147,10 +151,9 @@ class BatchedTree:
             ]
             fixed = np.array([each.rotation for each in still])
             turns = skew(self._axes[moving] * ~self.slides[moving][:, None])
-            levels.append(
+            self._levels.append(
                 _Level(
-                    joints=joints,
-                    parents=parents,
+                    parents=np.searchsorted(before, parents),
                     moving=moving,
                     fixed=fixed,
                     turning=fixed @ turns,
@@ -159,11 +162,10 @@ class BatchedTree:
                     slides=(fixed @ (self._axes[moving] * self.slides[moving][:, None])[..., None])[..., 0],
                 )
             )
-        return levels
 
 
 def cross(first: Array, second: Array) -> Array:
     """Return the cross products of vectors along the last axis, with broadcasting."""
     x, y, z = first[..., 0], first[..., 1], first[..., 2]
     u, v, w = second[..., 0], second[..., 1], second[..., 2]
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+    return namespace(first).stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)

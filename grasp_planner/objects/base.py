@@ -14,7 +14,7 @@ import numpy as np
 
 from ..checks import positive
 from ..exceptions import InvalidValueError
-from ..spatial import Array, readonly
+from ..spatial import Array, namespace, readonly
 from ..values import Value, exact_text
 from .triangles import NearestPoints
 
@@ -96,7 +96,7 @@ class GraspObject(Value, ABC):
         Returns:
             Distance, gradient and Hessian, of shapes (...,), (..., 3) and (..., 3, 3).
         """
-        points = np.asarray(points, dtype=float)
+        points = namespace(points).asarray(points, dtype=float)
         found, shape = self.sample(points.reshape(-1, 3)), points.shape
         return SurfaceSample(
             found.distance.reshape(shape[:-1]), found.gradient.reshape(shape), found.hessian.reshape(*shape, 3)
@@ -264,9 +264,10 @@ def rounded_solid(core: Any, edge: float) -> Any:
 
 def vector_lengths(points: Array, axes: Array) -> tuple[Array, Array, Array]:
     """Return length, direction and Hessian of the length of vectors, over the axes that count."""
-    length = np.sqrt((points * points).sum(axis=1))
-    safe = np.maximum(length, 1e-12)
+    xp = namespace(points)
+    length = xp.sqrt((points * points).sum(axis=1))
+    safe = xp.maximum(length, 1e-12)
     direction = points / safe[:, None]
-    identity = np.eye(3) * np.broadcast_to(axes, points.shape)[:, None, :]
+    identity = np.eye(3) * axes[..., None, :]
     hessian = (identity - direction[:, :, None] * direction[:, None, :]) / safe[:, None, None]
     return length, direction, hessian

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import coal
 import numpy as np
 
-from ..spatial import Array
+from ..spatial import Array, namespace
 from .base import GraspObject, SurfaceSample, check_sizes
 
 if TYPE_CHECKING:
@@ -51,17 +51,17 @@ class EllipsoidObject(GraspObject):
         Σ (a_i p_i / (t + a_i²))² = 1 (Eberly, Distance from a point to an ellipsoid, 2013). The normal at y is the
         gradient, and with the shape operator W of the surface at y the Hessian is W (I + φ W)⁻¹.
         """
-        squares = self.half_extents**2
+        xp, squares = namespace(points), self.half_extents**2
         points = _off_medial_face(points, self.half_extents)
         shifted = squares + _multiplier(points, self.half_extents)[:, None]
         closest = squares * points / shifted
         slope = closest / squares
-        steepness = np.sqrt((slope * slope).sum(axis=1))
+        steepness = xp.sqrt((slope * slope).sum(axis=1))
         normal = slope / steepness[:, None]
         distance = ((points - closest) * normal).sum(axis=1)
         tangent = np.eye(3) - normal[:, :, None] * normal[:, None, :]
         shape = tangent @ (tangent / squares[:, None]) / steepness[:, None, None]
-        hessian = np.linalg.solve(np.eye(3) + distance[:, None, None] * shape, shape)
+        hessian = xp.linalg.solve(np.eye(3) + distance[:, None, None] * shape, shape)
         return SurfaceSample(distance, normal, hessian)
 
     def reach(self, way: Array) -> float:
@@ -87,24 +87,23 @@ def _off_medial_face(points: Array, axes: Array) -> Array:
     """Return points with those on the inner medial face, which have two closest points, moved off by 1e-9 axes."""
     short = int(np.argmin(axes))
     least = OFF_FACE * axes[short]
-    on_face = (np.abs(points[:, short]) < least) & (((points / axes) ** 2).sum(axis=1) < 1.0)
+    xp = namespace(points)
+    on_face = (xp.abs(points[:, short]) < least) & (((points / axes) ** 2).sum(axis=1) < 1.0)
     if not on_face.any():
         return points
-    moved = np.array(points)
-    moved[on_face, short] = np.copysign(least, points[on_face, short])
-    return moved
+    return xp.where(on_face[:, None] & (np.arange(3) == short), xp.copysign(least, points), points)
 
 
 def _multiplier(points: Array, axes: Array) -> Array:
     """Return the largest root t of Σ (a_i p_i / (t + a_i²))² = 1 for every point, of shape (n,)."""
-    products, squares = axes * points, axes * axes
+    xp, products, squares = namespace(points), axes * points, axes * axes
     # Left of the root the sum is convex and falls, so that Newton's steps climb to the root without passing it.
-    t = np.maximum((np.abs(products) - squares).max(axis=1), (OFF_FACE / 2 - 1.0) * squares.min())
+    t = xp.maximum((xp.abs(products) - squares).max(axis=1), (OFF_FACE / 2 - 1.0) * squares.min())
     for _ in range(NEWTON_STEPS):
         ratio = products / (t[:, None] + squares)
         ratio *= ratio
         excess = ratio.sum(axis=1) - 1.0
-        step = np.maximum(excess, 0.0) / np.maximum(2.0 * (ratio / (t[:, None] + squares)).sum(axis=1), 1e-300)
+        step = xp.maximum(excess, 0.0) / xp.maximum(2.0 * (ratio / (t[:, None] + squares)).sum(axis=1), 1e-300)
         t = t + step
         if (step <= 1e-15 * squares.max()).all():
             break

@@ -9,11 +9,16 @@ import coal
 import numpy as np
 
 from ..exceptions import InvalidValueError
-from ..spatial import Array
+from ..spatial import Array, namespace, readonly
 from .base import GraspObject, SurfaceSample, check_sizes, rounded_solid, vector_lengths
 
 if TYPE_CHECKING:
     import trimesh
+
+ACROSS, UP = readonly([1.0, 1.0, 0.0]), readonly([0.0, 0.0, 1.0])
+"""What of a vector is across the axis of a solid of revolution, and the axis."""
+QUARTER_TURN = readonly([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+"""Turns what is across the axis by 90°, of rows."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -103,24 +108,21 @@ class Cylinder(GraspObject):
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
         # The profile in the half plane (ρ, z) is a line or a rectangle with rounded corners, revolved about z.
+        xp = namespace(points)
         x, y, z = points.T
-        rho = np.sqrt(x * x + y * y)
-        safe = np.maximum(rho, 1e-12)
-        radial, tangent = np.zeros((2, len(points), 3))
-        tangent[:, 1] = radial[:, 0] = x / safe
-        radial[:, 1] = y / safe
-        tangent[:, 0] = -radial[:, 1]
+        rho = xp.sqrt(x * x + y * y)
+        safe = xp.maximum(rho, 1e-12)
+        radial = points * ACROSS / safe[:, None]
+        tangent = radial @ QUARTER_TURN
         ring = tangent[:, :, None] * tangent[:, None, :] / safe[:, None, None]
         if not self.caps:
             return SurfaceSample(rho - self.radius, radial, ring)
-        side = np.where(z < 0.0, -1.0, 1.0)
-        over = np.array([rho - (self.radius - self.edge), np.abs(z) - (self.height / 2 - self.edge)])
-        distance, (by_rho, by_z), curvature = _profile(over)
-        gradient = by_rho[:, None] * radial
-        gradient[:, 2] = by_z * side
+        side = xp.where(z < 0.0, -1.0, 1.0)
+        over = rho - (self.radius - self.edge), xp.abs(z) - (self.height / 2 - self.edge)
+        distance, (by_rho, by_z), curvature = _profile(*over)
+        gradient = by_rho[:, None] * radial + (by_z * side)[:, None] * UP
         # ∇²φ: ring curvature φ_ρ/ρ along the circumference, plus the curvature of the profile.
-        along = -by_z[:, None] * radial
-        along[:, 2] = by_rho * side
+        along = (by_rho * side)[:, None] * UP - by_z[:, None] * radial
         hessian = by_rho[:, None, None] * ring
         hessian += curvature[:, None, None] * along[:, :, None] * along[:, None, :]
         return SurfaceSample(distance - self.edge, gradient, hessian)
@@ -132,7 +134,7 @@ class Cylinder(GraspObject):
         limit = self.height / 2 - self.edge
         gradient = np.zeros((len(points), 2, 3))
         gradient[:, 0, 2], gradient[:, 1, 2] = -1.0, 1.0
-        return np.stack([limit - points[:, 2], limit + points[:, 2]], axis=-1), gradient
+        return namespace(points).stack([limit - points[:, 2], limit + points[:, 2]], axis=-1), gradient
 
     def reach(self, way: Array) -> float:
         """Return how far it reaches along a unit vector; see the base class."""
@@ -175,11 +177,11 @@ class Capsule(GraspObject):
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
-        over = np.abs(points[:, 2]) - self.height / 2
-        arms = np.array(points)
-        arms[:, 2] = np.where(over > 0.0, np.copysign(over, points[:, 2]), 0.0)
-        axes = np.ones_like(points)
-        axes[:, 2] = over > 0.0
+        xp = namespace(points)
+        over = xp.abs(points[:, 2]) - self.height / 2
+        beyond = xp.copysign(xp.maximum(over, 0.0), points[:, 2])
+        arms = points * ACROSS + beyond[:, None] * UP
+        axes = ACROSS + (over > 0.0)[:, None] * UP
         distance, gradient, hessian = vector_lengths(arms, axes)
         return SurfaceSample(distance - self.radius, gradient, hessian)
 
@@ -235,15 +237,16 @@ class Box(GraspObject):
 
     def sample(self, points: Array) -> SurfaceSample:
         """Evaluate the signed distance; see the base class."""
-        over = np.abs(points) - (self.half_extents - self.edge)
-        outside = np.maximum(over, 0.0)
+        xp = namespace(points)
+        over = xp.abs(points) - (self.half_extents - self.edge)
+        outside = xp.maximum(over, 0.0)
         length, direction, hessian = vector_lengths(outside, (over > 0.0).astype(float))
         inside = over.max(axis=1) <= 0.0
-        face = np.eye(3)[np.argmax(over, axis=1)]
-        sign = np.where(points < 0.0, -1.0, 1.0)
-        distance = np.where(inside, over.max(axis=1), length) - self.edge
-        gradient = np.where(inside[:, None], face, direction) * sign
-        hessian = np.where(inside[:, None, None], 0.0, hessian) * sign[:, :, None] * sign[:, None, :]
+        face = xp.take(xp.eye(3), over.argmax(axis=1), axis=0)
+        sign = xp.where(points < 0.0, -1.0, 1.0)
+        distance = xp.where(inside, over.max(axis=1), length) - self.edge
+        gradient = xp.where(inside[:, None], face, direction) * sign
+        hessian = xp.where(inside[:, None, None], 0.0, hessian) * sign[:, :, None] * sign[:, None, :]
         return SurfaceSample(distance, gradient, hessian)
 
     def reach(self, way: Array) -> float:
@@ -263,14 +266,14 @@ class Box(GraspObject):
         return trimesh.creation.box(extents=2 * self.half_extents)
 
 
-def _profile(over: Array) -> tuple[Array, tuple[Array, Array], Array]:
-    """Return distance, gradient and curvature of a rectangle's corner region, from the overhangs (ρ, z) (2, m)."""
-    outside = np.maximum(over, 0.0)
-    length = np.sqrt(outside[0] * outside[0] + outside[1] * outside[1])
-    safe = np.maximum(length, 1e-12)
-    most = np.maximum(over[0], over[1])
-    inside, side_first = most <= 0.0, over[0] >= over[1]
-    by_rho = np.where(inside, side_first, outside[0] / safe)
-    by_z = np.where(inside, ~side_first, outside[1] / safe)
-    corner = (over[0] > 0.0) & (over[1] > 0.0)
-    return np.where(inside, most, length), (by_rho, by_z), np.where(corner, 1.0 / safe, 0.0)
+def _profile(rho: Array, z: Array) -> tuple[Array, tuple[Array, Array], Array]:
+    """Return distance, gradient and curvature of a rectangle's corner region, from the overhangs ρ and z (m,)."""
+    xp = namespace(rho)
+    by_rho, by_z = xp.maximum(rho, 0.0), xp.maximum(z, 0.0)
+    length = xp.sqrt(by_rho * by_rho + by_z * by_z)
+    safe = xp.maximum(length, 1e-12)
+    most = xp.maximum(rho, z)
+    inside, side_first = most <= 0.0, rho >= z
+    gradient = xp.where(inside, side_first, by_rho / safe), xp.where(inside, ~side_first, by_z / safe)
+    corner = (rho > 0.0) & (z > 0.0)
+    return xp.where(inside, most, length), gradient, xp.where(corner, 1.0 / safe, 0.0)
