@@ -36,7 +36,7 @@ from grasp_planner.studies.survival_tables import (
     survived_share,
 )
 from grasp_planner.studies.synergy_study import StudySettings, load_study, run_study, study_case
-from grasp_planner.studies.synergy_study_page import count_rows, prediction_rows, rest_rows, write_study
+from grasp_planner.studies.synergy_study_page import count_rows, prediction_rows, rest_rows, settings_text, write_study
 from grasp_planner.studies.synergy_study_plots import best_margins, feasible_share, median_load, passed_share
 from tests.stored import stored
 
@@ -318,6 +318,15 @@ def test_the_processor_time_of_a_search_is_limited():
     assert not study_case(settings, ("native", "cylinder", 1, 0)).feasible
 
 
+@pytest.mark.parametrize("table", [False, True])
+def test_joints_of_a_study_may_be_softer(table):
+    settings = StudySettings(joint_compliance=0.5, loads=True, friction_safety=1.5, table=table)
+    problem = settings.problem(("native", "cylinder", 3, 0))
+    assert problem.parameters.joint_compliance == 0.5
+    assert problem.loads.friction_safety == 1.5
+    assert "0.5 rad/(N m)" in settings_text(settings)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -334,6 +343,7 @@ def test_the_processor_time_of_a_search_is_limited():
         (["--time-limit", "-1"], "time_limit"),
         (["--friction-safety", "0.5"], "friction_safety"),
         (["--errors", "-1"], "--errors"),
+        (["--joint-compliance", "-1"], "joint_compliance"),
     ],
 )
 def test_mistakes_are_one_line(tmp_path, arguments, message):

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     default=None,
     help="s: plans stay in the cones of μ/s [default: 1.2; 1 without loads].",
 )
+@click.option(
+    "--joint-compliance", type=float, default=None, help="C_q of every joint [rad/(N m)] [default: the standard's]."
+)
 @click.option("--squeeze", type=float, default=1.0, show_default=True, help="Factor on the plans' δσ.")
 @click.option("--protocol", type=click.Choice(tuple(PROTOCOLS)), default="plan", show_default=True)
 @click.option("--table", is_flag=True, help="Objects stand on a table, which plans keep clear of.")
@@ -73,6 +76,7 @@ def study_synergies(
     clearance: str,
     loads: bool,
     friction_safety: float | None,
+    joint_compliance: float | None,
     squeeze: float,
     protocol: str,
     table: bool,
@@ -98,6 +102,7 @@ def study_synergies(
         clearance=clearance == "links",
         loads=loads,
         friction_safety=friction_safety,
+        joint_compliance=joint_compliance,
         squeeze=squeeze,
         protocol=protocol,
         starts=starts,

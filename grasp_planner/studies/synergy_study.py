@@ -16,6 +16,7 @@ from ..exceptions import InvalidValueError
 from ..hand.loading import load_hand
 from ..planning.planner import plan_grasp
 from ..problem.load_cases import LoadCases
+from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..processes import Job, JobContext, JobFunction
@@ -59,6 +60,7 @@ class StudySettings:
         errors: Samples of each row of random errors with which every grasp closes once more
             (:func:`~grasp_planner.simulate.survival`); 0 for none of this.
         table: Whether objects stand on a table, which plans keep clear of.
+        joint_compliance: C_q of every joint [rad/(N m)]; the standard's if None.
     """
 
     hand: str = "dlr_hit_ii_right"
@@ -78,6 +80,7 @@ class StudySettings:
     cpu_limit_s: float | None = None
     errors: int = 0
     table: bool = False
+    joint_compliance: float | None = None
 
     def __post_init__(self) -> None:
         hand = load_hand(self.hand)
@@ -103,6 +106,8 @@ class StudySettings:
         _ = self.options
         if self.friction_safety is not None:
             replace(LoadCases.off(), friction_safety=self.friction_safety)
+        if self.joint_compliance is not None:
+            GraspParameters(joint_compliance=self.joint_compliance)
         find_protocol(self.protocol)
         hand.contact_frames(self.contact_set)
 
@@ -136,9 +141,11 @@ class StudySettings:
         sets = {"synergy_set": synergy_set, "contact_set": self.contact_set}
         case = BenchmarkCase(seed, count, self.hand, kind, **sets, clearance=self.clearance, loads=self.loads)
         problem = on_table(case.problem()) if self.table else case.problem()
-        if self.friction_safety is None:
+        if self.friction_safety is not None:
+            problem = replace(problem, loads=replace(problem.loads, friction_safety=self.friction_safety))
+        if self.joint_compliance is None:
             return problem
-        return replace(problem, loads=replace(problem.loads, friction_safety=self.friction_safety))
+        return replace(problem, parameters=replace(problem.parameters, joint_compliance=self.joint_compliance))
 
 
 def study_case(settings: StudySettings, key: Key) -> StudyRow:

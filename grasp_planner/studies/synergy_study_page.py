@@ -104,6 +104,8 @@ def settings_text(settings: StudySettings) -> str:
     plans = "with the standard load cases" if settings.loads else "without load cases"
     if settings.friction_safety is not None:
         plans += f", cones of μ/{settings.friction_safety:g}"
+    if settings.joint_compliance is not None:
+        plans += f", joints of {settings.joint_compliance:g} rad/(N m)"
     plans += ", objects on a table" if settings.table else ""
     limits = [f"{settings.starts} starts, {settings.enough} feasible ones enough"]
     for limit, kind in ((settings.time_limit_s, "wall"), (settings.cpu_limit_s, "processor")):
