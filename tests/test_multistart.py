@@ -17,6 +17,7 @@ from grasp_planner.multistart.states import States
 from grasp_planner.multistart.tree import BatchedTree
 from grasp_planner.planning import pooled_starts as pooled_room
 from grasp_planner.planning.pooled_starts import pooled_starts, pressing_states
+from grasp_planner.planning.pooled_starts import random_states as some_states
 from grasp_planner.planning.program import GraspProgram
 from grasp_planner.planning.starts import random_start
 from grasp_planner.spatial import Pose
@@ -191,6 +192,32 @@ def test_a_start_that_is_not_finite_is_dropped_and_counted(rng):
     assert pool.count.starts == 8
     assert pool.count.found == len(found)
     assert pool.count.found + pool.count.dropped == 7
+
+
+def test_a_pool_wider_than_memory_shrinks_and_goes_on(rng):
+    """Of the ten million states asked for, some thousands fit; every start that is asked for is still taken."""
+    problem = make_problem("point cylinder", loads=gp.LoadCases.off())
+    batched = BatchedProblem(problem)
+    pool, asked = Pool(batched, 10_000_000), []
+
+    def make(number):
+        asked.append(number)
+        return some_states(batched, number, rng)
+
+    found = list(pool.search(make, 200, lambda: None))
+    assert asked[0] == pool_room.FIRST
+    assert 100 < pool.width < 1_000_000
+    assert pool.count.starts == sum(asked) == 200
+    assert pool.count.found == len(found) > 0
+
+
+def test_memory_for_one_state_is_always_asked_for(rng, monkeypatch):
+    problem = make_problem("point cylinder", loads=gp.LoadCases.off())
+    batched = BatchedProblem(problem)
+    monkeypatch.setattr(pool_room, "MOST_BYTES", 1.0)
+    pool = Pool(batched, 8)
+    assert list(pool.search(lambda number: some_states(batched, number, rng), 12, lambda: None)) is not None
+    assert (pool.width, pool.count.starts) == (1, 12)
 
 
 def test_what_came_near_is_tried_when_nothing_is_found(rng, monkeypatch):

@@ -31,6 +31,9 @@ NEAR, REMEMBERED = 0.1, 3
 """Cost below which a dropped state may yet become feasible by a better solver, and how many of these are remembered."""
 REFILL = 8
 """The pool is refilled when one part in so many of it is free."""
+FIRST, MOST_BYTES, COPIES = 64, 2e9, 8
+"""A wider pool begins with so many states, whose rows tell how many fit in so much memory [bytes], each Jacobian being
+there so many times at most."""
 
 
 @dataclass
@@ -98,7 +101,7 @@ class Pool:
 
     Attributes:
         batched: The problem.
-        width: Most states at a time.
+        width: Most states at a time; less once it is known that so many do not fit in memory.
         count: What was done so far.
         nearest: Dropped states that came nearest to feasible, with their costs, the nearest first.
     """
@@ -124,7 +127,9 @@ class Pool:
             total: Most starts.
             check: Called at every iteration; may raise to stop.
         """
-        pool = self._filled(make, min(self.width, total))
+        pool = self._filled(make, min(self.width, total, FIRST))
+        each = 8 * COPIES * pool.jacobian.shape[1] * pool.jacobian.shape[2]
+        self.width = min(self.width, max(1, int(MOST_BYTES / each)))
         while len(pool.states):
             check()
             pool = self._stepped(pool)
