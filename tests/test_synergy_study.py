@@ -318,6 +318,13 @@ def test_the_processor_time_of_a_search_is_limited():
     assert not study_case(settings, ("native", "cylinder", 1, 0)).feasible
 
 
+def test_plans_of_the_paper_are_studied_too():
+    settings = StudySettings(paper=True, joint_compliance=0.2)
+    parameters = settings.problem(("native", "cylinder", 3, 0)).parameters
+    assert parameters == gp.GraspParameters(joint_compliance=0.2).of_paper()
+    assert "the paper's force law" in settings_text(settings)
+
+
 @pytest.mark.parametrize("table", [False, True])
 def test_joints_of_a_study_may_be_softer(table):
     settings = StudySettings(joint_compliance=0.5, loads=True, friction_safety=1.5, table=table)

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 @click.option(
     "--joint-compliance", type=float, default=None, help="C_q of every joint [rad/(N m)] [default: the standard's]."
 )
+@click.option("--paper", is_flag=True, help="Plans are the paper's: forces by (17), weighed against the task.")
 @click.option("--squeeze", type=float, default=1.0, show_default=True, help="Factor on the plans' δσ.")
 @click.option("--protocol", type=click.Choice(tuple(PROTOCOLS)), default="plan", show_default=True)
 @click.option("--table", is_flag=True, help="Objects stand on a table, which plans keep clear of.")
@@ -77,6 +78,7 @@ def study_synergies(
     loads: bool,
     friction_safety: float | None,
     joint_compliance: float | None,
+    paper: bool,
     squeeze: float,
     protocol: str,
     table: bool,
@@ -103,6 +105,7 @@ def study_synergies(
         loads=loads,
         friction_safety=friction_safety,
         joint_compliance=joint_compliance,
+        paper=paper,
         squeeze=squeeze,
         protocol=protocol,
         starts=starts,

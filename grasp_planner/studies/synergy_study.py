@@ -61,6 +61,7 @@ class StudySettings:
             (:func:`~grasp_planner.simulate.survival`); 0 for none of this.
         table: Whether objects stand on a table, which plans keep clear of.
         joint_compliance: C_q of every joint [rad/(N m)]; the standard's if None.
+        paper: Whether plans are the paper's: forces by (17), weighed against the task.
     """
 
     hand: str = "dlr_hit_ii_right"
@@ -81,6 +82,7 @@ class StudySettings:
     errors: int = 0
     table: bool = False
     joint_compliance: float | None = None
+    paper: bool = False
 
     def __post_init__(self) -> None:
         hand = load_hand(self.hand)
@@ -143,9 +145,10 @@ class StudySettings:
         problem = on_table(case.problem()) if self.table else case.problem()
         if self.friction_safety is not None:
             problem = replace(problem, loads=replace(problem.loads, friction_safety=self.friction_safety))
-        if self.joint_compliance is None:
-            return problem
-        return replace(problem, parameters=replace(problem.parameters, joint_compliance=self.joint_compliance))
+        if self.joint_compliance is not None:
+            softer = replace(problem.parameters, joint_compliance=self.joint_compliance)
+            problem = replace(problem, parameters=softer)
+        return replace(problem, parameters=problem.parameters.of_paper()) if self.paper else problem
 
 
 def study_case(settings: StudySettings, key: Key) -> StudyRow:

@@ -106,6 +106,7 @@ def settings_text(settings: StudySettings) -> str:
         plans += f", cones of μ/{settings.friction_safety:g}"
     if settings.joint_compliance is not None:
         plans += f", joints of {settings.joint_compliance:g} rad/(N m)"
+    plans += ", by the paper's force law and weights" if settings.paper else ""
     plans += ", objects on a table" if settings.table else ""
     limits = [f"{settings.starts} starts, {settings.enough} feasible ones enough"]
     for limit, kind in ((settings.time_limit_s, "wall"), (settings.cpu_limit_s, "processor")):
