@@ -108,8 +108,7 @@ class StudySettings:
         _ = self.options
         if self.friction_safety is not None:
             replace(LoadCases.off(), friction_safety=self.friction_safety)
-        if self.joint_compliance is not None:
-            GraspParameters(joint_compliance=self.joint_compliance)
+        _ = self.parameters
         find_protocol(self.protocol)
         hand.contact_frames(self.contact_set)
 
@@ -123,6 +122,12 @@ class StudySettings:
     def options(self) -> PlannerOptions:
         """How hard a search tries."""
         return PlannerOptions(starts=self.starts, enough=self.enough, time_limit_s=self.time_limit_s)
+
+    @property
+    def parameters(self) -> GraspParameters:
+        """Parameters of every problem; what is open in them is the hand's."""
+        joints = {} if self.joint_compliance is None else {"joint_compliance": self.joint_compliance}
+        return GraspParameters(**joints).of_paper() if self.paper else GraspParameters(**joints)
 
     @property
     def case_limit_s(self) -> float | None:
@@ -145,10 +150,7 @@ class StudySettings:
         problem = on_table(case.problem()) if self.table else case.problem()
         if self.friction_safety is not None:
             problem = replace(problem, loads=replace(problem.loads, friction_safety=self.friction_safety))
-        if self.joint_compliance is not None:
-            softer = replace(problem.parameters, joint_compliance=self.joint_compliance)
-            problem = replace(problem, parameters=softer)
-        return replace(problem, parameters=problem.parameters.of_paper()) if self.paper else problem
+        return replace(problem, parameters=self.parameters)
 
 
 def study_case(settings: StudySettings, key: Key) -> StudyRow:
