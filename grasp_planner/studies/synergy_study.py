@@ -126,8 +126,10 @@ class StudySettings:
     @property
     def parameters(self) -> GraspParameters:
         """Parameters of every problem; what is open in them is the hand's."""
-        joints = {} if self.joint_compliance is None else {"joint_compliance": self.joint_compliance}
-        return GraspParameters(**joints).of_paper() if self.paper else GraspParameters(**joints)
+        given = GraspParameters()
+        if self.joint_compliance is not None:
+            given = replace(given, joint_compliance=self.joint_compliance)
+        return given.of_paper() if self.paper else given
 
     @property
     def case_limit_s(self) -> float | None:
