@@ -120,7 +120,10 @@ def test_the_command_writes_a_set_that_plan_takes(tmp_path):
     assert done.exit_code == 0, done.output
     space = gp.load_synergies(out)
     assert space.name == "motors_2" and "not human data" in space.provenance
-    assert "synergies design --hand dlr_hit_ii_right --motors 2 --objects 2 --seed 20000 --patience 6 --scale" in space.provenance
+    assert (
+        "synergies design --hand dlr_hit_ii_right --motors 2 --objects 2 --seed 20000 --patience 6 --scale"
+        in space.provenance
+    )
     words = f"plan --synergy-set {out} --synergies 2 --object sphere:radius=0.038 --starts 2 --json {result}".split()
     CliRunner().invoke(main, words)
     assert gp.grasp_from_record(gp.read_grasp_record(result)).problem.synergies == space.truncated(2)
