@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import grasp_planner as gp
-from grasp_planner.synergy_design.design import FIRST_ROUNDS, FIRST_SEED, NEXT_ROUNDS, Design, Progress
+from grasp_planner.synergy_design.design import FIRST_ROUNDS, FIRST_SEED, FREE_STARTS, NEXT_ROUNDS, Design, Progress
 from grasp_planner.synergy_design.training import FORCE_WEIGHT, Training
 
 HAND = "dlr_hit_ii_right"
@@ -63,7 +63,9 @@ def main() -> None:
     )
 
     with TemporaryDirectory() as folder:
-        training = Training(arguments.hand, Path(folder), arguments.contact_set, KINDS, force_law="controllable")
+        training = Training(
+            arguments.hand, Path(folder), arguments.contact_set, KINDS, force_law="controllable", patience=FREE_STARTS
+        )
         seeds = range(FIRST_SEED, FIRST_SEED + arguments.objects)
         design = Design(training, seeds, arguments.workers, show)
         design.rounds(FIRST_ROUNDS)

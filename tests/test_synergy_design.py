@@ -1,6 +1,7 @@
 """Sets for a number of motors: what they are made from, that they reach it, and the command."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,9 @@ from grasp_planner.cli.main import main
 from grasp_planner.exceptions import InvalidValueError
 from grasp_planner.objects.random_objects import CLOSED_FORMS, MESHES, random_object
 from grasp_planner.studies.benchmark_problems import BenchmarkCase
+from grasp_planner.synergy_design import training as jobs
 from grasp_planner.synergy_design.design import FIRST_SEED, Design, Progress, synergies_for_motors
-from grasp_planner.synergy_design.training import KINDS, Trainer, Training, fully_actuated, object_scale
+from grasp_planner.synergy_design.training import KINDS, PlanJob, Trainer, Training, fully_actuated, object_scale
 
 
 @pytest.mark.parametrize("kind", [*CLOSED_FORMS, *MESHES])
@@ -79,6 +81,25 @@ def test_a_set_for_two_motors_grasps_what_it_was_made_from(right, tmp_path):
     assert any("n_s = 2" in each for each in told if isinstance(each, str))
 
 
+@pytest.mark.parametrize(("outcomes", "tried"), [("------", 3), ("--+------", 9)])
+def test_an_object_that_no_start_grasps_is_given_up(tmp_path, monkeypatch, outcomes, tried):
+    """After three starts without a grasp; where one was found, the search goes on."""
+    said = []
+
+    def plan(problem, *, seed, options, result_callback, cancel):
+        for outcome in outcomes:
+            if cancel():
+                break
+            said.append(outcome)
+            result_callback(SimpleNamespace(feasible=outcome == "+"))
+
+    monkeypatch.setattr(jobs, "plan_grasp", plan)
+    monkeypatch.setattr(jobs.compact, "free_grasp", lambda grasp: grasp)
+    trainer = Trainer(Training("dlr_hit_ii_right", tmp_path, patience=3))
+    found = trainer(PlanJob(1, fully_actuated(trainer.hand), 25, 3))
+    assert len(said) == tried and len(found) == outcomes.count("+")
+
+
 def test_objects_that_the_free_hand_does_not_grasp_make_no_set(tmp_path, monkeypatch):
     monkeypatch.setattr(Trainer, "__call__", lambda trainer, job: [])
     with pytest.raises(InvalidValueError, match="objects"):
@@ -99,7 +120,10 @@ def test_the_command_writes_a_set_that_plan_takes(tmp_path):
     assert done.exit_code == 0, done.output
     space = gp.load_synergies(out)
     assert space.name == "motors_2" and "not human data" in space.provenance
-    assert "synergies design --hand dlr_hit_ii_right --motors 2 --objects 2 --seed 20000 --scale" in space.provenance
+    assert (
+        "synergies design --hand dlr_hit_ii_right --motors 2 --objects 2 --seed 20000 --patience 6 --scale"
+        in space.provenance
+    )
     words = f"plan --synergy-set {out} --synergies 2 --object sphere:radius=0.038 --starts 2 --json {result}".split()
     CliRunner().invoke(main, words)
     assert gp.grasp_from_record(gp.read_grasp_record(result)).problem.synergies == space.truncated(2)
@@ -112,6 +136,7 @@ def test_the_command_writes_a_set_that_plan_takes(tmp_path):
         ("--motors 40", "motors"),
         ("--motors 1 --objects 0", "objects"),
         ("--motors 1 --scale 0", "scale"),
+        ("--motors 1 --patience 0", "patience"),
     ],
 )
 def test_bad_words_get_one_line(tmp_path, words, field):

@@ -149,6 +149,13 @@ def fit_command(postures: Path, hand: str, out: Path, name: str, degrees: bool) 
 @click.option("--seed", type=int, default=20000, show_default=True, help="Seed of the first of them.")
 @click.option("--scale", type=float, default=None, help="Factor on their sizes [default: by the width of the hand].")
 @click.option("--contact-set", default=None, help="Contact set [default: the hand's].")
+@click.option(
+    "--patience",
+    type=click.IntRange(1, 1000),
+    default=6,
+    show_default=True,
+    help="Starts after which an object that none of them grasps is given up.",
+)
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Worker processes.")
 def design_command(
     hand: str,
@@ -159,6 +166,7 @@ def design_command(
     seed: int,
     scale: float | None,
     contact_set: str | None,
+    patience: int,
     workers: int,
 ) -> None:
     """Make a set for exactly so many motors from grasps of random objects that this planner finds.
@@ -171,7 +179,7 @@ def design_command(
     console = Console(stderr=True)
     scale = round(object_scale(load_hand(hand), contact_set), 3) if scale is None else scale
     with TemporaryDirectory(prefix="grasp_planner_") as folder, _design_report(console) as report:
-        training = Training(hand, Path(folder), contact_set, scale=scale)
+        training = Training(hand, Path(folder), contact_set, scale=scale, patience=patience)
         space, grasped = synergies_for_motors(
             training, motors, objects=objects, first_seed=seed, workers=workers, report=report
         )
@@ -183,7 +191,7 @@ def design_command(
             f"made for {count} from grasps that this package planned of random objects, moved within their "
             f"constraints towards what {count} can reach; not human data",
             f"{grasped} of the {objects} objects are grasped with it; links clear, standard load cases",
-            f"{command} --scale {scale:g}{given}",
+            f"{command} --patience {patience} --scale {scale:g}{given}",
         ]
     )
     save_synergies(replace(space, name=name or f"motors_{motors}", provenance=provenance), out)
@@ -198,7 +206,7 @@ def _design_report(console: Console) -> Iterator[Callable[[Progress | str], None
 
         def show(what: Progress | str) -> None:
             if isinstance(what, str):
-                console.print(what, highlight=False)
+                console.print(what, highlight=False, markup=False)
             else:
                 bar.update(task, description=what.stage, completed=what.done, total=what.total)
 

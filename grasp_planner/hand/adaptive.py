@@ -20,9 +20,9 @@ FINGERS, JOINTS = 3, 2
 """Fewest fingers that a tendon bends, and fewest joints of each."""
 ARM = 0.01
 """Median moment arm of a tendon [m]; only the arms relative to each other are in the URDF."""
-SPRING = 0.5
-"""Stiffness of the spring of each joint [N m/rad], chosen so that tens of newtons close the hand."""
-LARGEST = 200.0
+SPRING = 1.0
+"""Stiffness of the spring of each joint [N m/rad]: that of the makers' own model of such a hand [PisaSoftHand]."""
+LARGEST = 400.0
 """Largest tension [N]."""
 ROLLING = 0.999
 """Cosine between the axes of two hinges from which on they are one rolling joint."""

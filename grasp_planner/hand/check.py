@@ -162,5 +162,6 @@ def _missing(derived: Derivation) -> tuple[str, ...]:
     )
     if len(derived.description.contact_sets["sphere"]) < 3:
         count = len(derived.description.contact_sets["sphere"])
-        return (f"only {count} contacts found, a grasp needs three: name more contact frames", *lines)
+        found = f"only {count} contact{'s' * (count > 1)} found"
+        return (f"{found}, a grasp needs three, or two that are soft: name more contact frames", *lines)
     return lines

@@ -117,8 +117,9 @@ def derive(urdf: UrdfFile, file_name: str) -> Derivation:
     names = finger_names([(chain, tip[0].link) for chain, tip in zip(chains, tips, strict=True)])
     reports = tuple(FingerReport(*entry) for entry in zip(names, chains, tips, strict=True))
     if few:
-        said = (*said, f"{len(fingers)} fingers: a wide pad gives two contacts")
-    said = (*said, f"finger {names[0]} opposes the others ({closing.opposition:.2f} of 1)")
+        said = (*said, f"{len(fingers)} finger{'s' * (len(fingers) > 1)}: a wide pad gives two contacts")
+    if len(fingers) > 1:
+        said = (*said, f"finger {names[0]} opposes the others ({closing.opposition:.2f} of 1)")
     contact_sets = {"sphere": _contacts(reports)}
     if len(opposition.fingers) < len(fingers):
         holding = [reports[index] for index in opposition.fingers]

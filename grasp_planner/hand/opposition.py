@@ -100,7 +100,8 @@ def _at(closing: Closing, tips: list[tuple[Fingertip, ...]], share: float, chose
     system = np.vstack([wrenches, np.full((1, len(columns)), 10.0)])
     shares, _ = nnls(system, np.append(np.zeros(6), 10.0))
     left = float(np.linalg.norm(wrenches @ shares)) / max(float(shares.sum()), 1e-9)
-    gap = float(np.linalg.norm([middle - middles[0] for middle in middles[1:]], axis=1).mean()) if any(apart) else 0.0
+    gaps = [float(np.linalg.norm(middle - middles[0])) for middle in middles[1:]]
+    gap = float(np.mean(gaps)) if any(apart) else 0.0
     facing = float(apart @ columns[0][0]) > FACING * float(np.linalg.norm(apart))
     return Opposition(chosen, share, gap if facing else 0.0, left)
 

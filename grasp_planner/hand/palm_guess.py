@@ -60,8 +60,9 @@ def guess_palm(closing: Closing) -> PalmGuess:
     motion = half_ends - open_ends
     motion = motion - np.outer(motion @ along, along)
     if _one_sided(motion):
-        along = unit((open_ends - bases)[1:].mean(axis=0))
-        normal = motion[1:].mean(axis=0)
+        others = slice(1 if len(motion) > 1 else 0, None)
+        along = unit((open_ends - bases)[others].mean(axis=0))
+        normal = motion[others].mean(axis=0)
         normal = normal - (normal @ along) * along
     else:
         normal = centre - _middle(bases)

@@ -22,6 +22,10 @@ GUESSES = {
     "synergies": "made from the geometry; `motors` has one for each joint",
 }
 """Comments of the tables of a derived description."""
+FEWEST_HARD = 3
+"""Fewest contacts that hold an object without torsion."""
+LONGEST_LINE = 1000
+"""Most characters of a line of the report."""
 
 
 def proposed_description(check: HandCheck, folder: Path | None = None, planned: HandDescription | None = None) -> str:
@@ -116,7 +120,23 @@ def report_lines(check: HandCheck) -> list[str]:
     lines += [f"note: {line}" for line in check.notes]
     lines += [f"missing: {line}" for line in check.missing]
     lines += [f"error: {line}" for line in check.errors]
-    return lines + ([f"first grasp: {first_command(check)}"] if check.derived is not None else [])
+    return [_one_line(line) for line in (*lines, *_first_grasp(check))]
+
+
+def _first_grasp(check: HandCheck) -> list[str]:
+    """Return the line that says how a first grasp is planned; none of a check with errors."""
+    if check.description is None:
+        return []
+    count = len(next(iter(check.description.contact_sets.values())))
+    return [
+        f"first grasp: {first_command(check)}" if count > 1 else "first grasp: none, a single contact holds nothing"
+    ]
+
+
+def _one_line(text: str) -> str:
+    """Return a line without control characters, which XML allows in names, and of bounded length."""
+    plain = "".join(character if character.isprintable() else "?" for character in text)
+    return plain if len(plain) <= LONGEST_LINE else plain[: LONGEST_LINE - 1] + "…"
 
 
 def first_command(check: HandCheck) -> str:
@@ -125,4 +145,6 @@ def first_command(check: HandCheck) -> str:
     locks = [f"--lock {name}={value:g}" for name, value in check.derived.description.locked.items() if value != 0.0]
     thing = check.derived.first_object()
     words = ["grasp-planner plan --hand", shlex.quote(str(check.path)), *locks, "--object", thing]
-    return " ".join(words)
+    assert check.description is not None
+    few = len(next(iter(check.description.contact_sets.values()))) < FEWEST_HARD
+    return " ".join([*words, "--contact-model soft"] if few else words)

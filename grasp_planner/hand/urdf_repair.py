@@ -88,7 +88,8 @@ def _tidied(joint: ET.Element, seen: set[str]) -> list[str]:
             limit = ET.SubElement(joint, "limit", effort="0", velocity="1")
         limit.set("lower", repr(-HALF_TURN))
         limit.set("upper", repr(HALF_TURN))
-        return [f"joint {shown(name)} turns without end: limited to ±π"]
+        degrees = "" if kind == "continuous" else f", limits {lower:g} to {upper:g}, which may be degrees"
+        return [f"joint {shown(name)} turns without end{degrees}: limited to ±π"]
     return []
 
 

@@ -42,6 +42,10 @@ def suspicions(robot: ET.Element, missing_visuals: list[str]) -> list[str]:
             [link for link in robot.findall("link") if link.find("collision/geometry") is not None],
             lambda link: not _moment(link) > LEAST_MOMENT,
         ),
+        "no mass above 0": _names(
+            [link for link in robot.findall("link") if link.find("inertial/mass") is not None],
+            lambda link: not _mass(link) > 0.0,
+        ),
     }
     lines = [f"{what}: {_listed(names)}" for what, names in kinds.items() if names]
     return lines + [f"{line} (only seen)" for line in missing_visuals[:NAMED]]
@@ -63,6 +67,12 @@ def _effort(joint: ET.Element) -> float:
     """Return the effort limit of a joint [N m or N]; NaN if there is none."""
     limit = joint.find("limit")
     return finite_or_nan(None if limit is None else limit.get("effort"))
+
+
+def _mass(link: ET.Element) -> float:
+    """Return the mass that a link states [kg]; NaN if it is no number."""
+    mass = link.find("inertial/mass")
+    return finite_or_nan(None if mass is None else mass.get("value"))
 
 
 def _moment(link: ET.Element) -> float:

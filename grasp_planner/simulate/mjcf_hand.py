@@ -19,6 +19,7 @@ from ..hand.hand import Hand
 from ..model.compliance import joint_stiffness
 from ..problem.problem import GraspProblem
 from ..spatial import Array
+from .motors import STIFF, add_holds
 from .xml_text import Element, add, pose_attributes
 
 SPRING_RATE = 200.0
@@ -113,7 +114,8 @@ def add_motors(root: Element, problem: GraspProblem) -> None:
         if name != hand.joint_names[source]:
             law = [hand.coupling_offset[index], hand.coupling[index, source], 0.0, 0.0, 0.0]
             joints = {"joint1": name, "joint2": hand.joint_names[source]}
-            add(equality, "joint", **joints, polycoef=law, solref=[0.002, 1.0], solimp=[0.999, 0.999, 0.001])
+            add(equality, "joint", **joints, polycoef=law, **STIFF)
+    add_holds(equality, problem)
     tendons, actuators = add(root, "tendon"), add(root, "actuator")
     for k, arms in enumerate((stiffness @ problem.synergies.basis).T):
         _add_tendon(tendons, f"synergy_{k + 1}", hand, arms)

@@ -173,6 +173,7 @@ def _rest(world: World, path: ReferencePath | None, recorder: _Recorder) -> Rest
             for step in range(1, STAGE_STEPS + 1):
                 world.set_references(begin + step / STAGE_STEPS * (end - begin))
                 recorder.run(protocol.stage_s / STAGE_STEPS)
+    world.hold_lengths()
     world.hold_object(False)
     world.weigh(True)
     recorder.keep()

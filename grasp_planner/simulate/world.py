@@ -12,6 +12,7 @@ from ..exceptions import InvalidValueError
 from ..grasp.grasp import Grasp
 from ..spatial import Array
 from .engine import load_mujoco
+from .motors import HeldMotors
 from .protocol import Protocol
 from .scene import Scene, build_scene
 from .tips import COMPRESSION, ROUNDING
@@ -63,6 +64,7 @@ class World:
         table = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "table")
         self._table = None if table < 0 else int(model.body_mocapid[table])
         self._hold = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, "hold")
+        self._motors = HeldMotors(grasp.problem, model)
 
     def reset(self, q: Array, sigma: Array) -> None:
         """Put hand and object at rest: posture q [rad] of shape (n_q,), references σ [rad], object as planned."""
@@ -87,6 +89,10 @@ class World:
     def set_references(self, sigma: Array) -> None:
         """Set the references σ [rad], of shape (n_s,)."""
         self.data.ctrl[:] = sigma
+
+    def hold_lengths(self) -> None:
+        """Let motors that hold the lengths of their tendons do so from now on; others keep their tensions."""
+        self._motors.hold(self.data)
 
     def hold_object(self, held: bool) -> None:
         """Fix the object at its planned pose, or let it go."""
@@ -130,6 +136,7 @@ class World:
     def run(self, duration: float) -> None:
         """Simulate for a time [s]."""
         self._mujoco.mj_step(self.model, self.data, max(1, round(duration / self.protocol.timestep)))
+        self._motors.give_way(self.data)
 
     def save(self) -> Snapshot:
         """Return the present instant."""

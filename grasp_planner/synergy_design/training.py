@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..checks import positive
+from ..checks import positive, positive_whole
 from ..grasp.grasp import Grasp
 from ..hand.closing_synergies import CLOSING
 from ..hand.configuration import HandConfiguration
@@ -29,6 +29,8 @@ KINDS = ("sphere", "cylinder", "box", "hull", "capsule", "turned", "ellipsoid")
 FORCE_WEIGHT = 1e-4
 USUAL_WIDTH = 0.085
 """How wide a hand is, at the mean posture of its closing set, that random objects suit as they are [m]: DLR/HIT II."""
+PATIENCE, MOST_PATIENCE = 6, 1000
+"""Starts after which an object is given up if none was feasible, and most of them that may be asked for."""
 SCALES = (0.4, 1.25)
 """Least and largest factor on the sizes of the training objects: for a large hand things do not grow."""
 
@@ -44,6 +46,7 @@ class Training:
         kinds: Kinds of objects in turn.
         scale: Factor on their sizes.
         force_law: What makes forces.
+        patience: Starts after which an object is given up if none of them was feasible.
     """
 
     hand: str
@@ -52,9 +55,11 @@ class Training:
     kinds: tuple[str, ...] = KINDS
     scale: float = 1.0
     force_law: Literal["springs", "controllable"] = "springs"
+    patience: int = PATIENCE
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scale", positive("scale", self.scale))
+        positive_whole("patience", self.patience, MOST_PATIENCE)
 
     def problem(self, seed: int, space: SynergySpace, hand: Hand | None = None) -> GraspProblem:
         """Return the problem of a seed with all synergies of a set."""
@@ -109,14 +114,21 @@ class Trainer:
         if isinstance(job, MoveJob):
             return [compact.moved_closer(self._problem(job.seed), job.grasp, job.scatter, job.epsilon)]
         found: list[compact.FreeGrasp] = []
+        failed = 0
 
         def keep(grasp: Grasp) -> None:
+            nonlocal failed
             if grasp.feasible:
                 found.append(compact.free_grasp(grasp))
+            else:
+                failed += 1
+
+        def hopeless() -> bool:
+            return not found and failed >= self.training.patience
 
         problem = replace(self._problem(job.seed), n_synergies=job.space.n_synergies, synergy_space=job.space)
         options = PlannerOptions(starts=job.starts, enough=job.enough)
-        plan_grasp(problem, seed=job.seed, options=options, result_callback=keep)
+        plan_grasp(problem, seed=job.seed, options=options, result_callback=keep, cancel=hopeless)
         return found
 
     def _problem(self, seed: int) -> GraspProblem:
