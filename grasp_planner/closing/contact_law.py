@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..spatial import Array
+from ..spatial import Array, cross_rows
 
 Flags = npt.NDArray[np.bool_]
 PENALTY = 300.0
@@ -30,33 +30,34 @@ def contact_rows(
     """
     n_c = len(gaps)
     by_force, by_motion, residual = np.tile(np.eye(3), (n_c, 1, 1)), np.zeros((n_c, 3, 3)), np.array(forces)
-    for i in np.flatnonzero(allowed):
-        pressed = forces[i, 0] - PENALTY * gaps[i]
-        if pressed <= 0.0:
-            continue
-        residual[i, 0] = PENALTY * gaps[i]
-        by_force[i, 0, 0], by_motion[i, 0, 0] = 0.0, -PENALTY  # moving along n, into the object, closes the gap
-        trial = forces[i, 1:] + PENALTY * slips[i]
-        size, bound = float(np.linalg.norm(trial)), friction[i] * pressed
-        if size <= bound:
-            residual[i, 1:] = -PENALTY * slips[i]
-            by_force[i, 1:, 1:], by_motion[i, 1:, 1:] = 0.0, -PENALTY * np.eye(2)
-            continue
-        along = trial / size
-        across = bound / size * (np.eye(2) - np.outer(along, along))
-        residual[i, 1:] = forces[i, 1:] - bound * along
-        by_force[i, 1:, 0], by_motion[i, 1:, 0] = -friction[i] * along, -friction[i] * PENALTY * along
-        by_force[i, 1:, 1:] = np.eye(2) - across
-        by_motion[i, 1:, 1:] = -PENALTY * across
+    pressed = forces[:, 0] - PENALTY * gaps
+    touching = np.flatnonzero(allowed & (pressed > 0.0))
+    residual[touching, 0] = PENALTY * gaps[touching]
+    # Moving along n, into the object, closes the gap.
+    by_force[touching, 0, 0], by_motion[touching, 0, 0] = 0.0, -PENALTY
+    trial = forces[touching, 1:] + PENALTY * slips[touching]
+    size, bound = np.sqrt((trial * trial).sum(axis=1)), friction[touching] * pressed[touching]
+    slipping = size > bound
+    stuck = touching[~slipping]
+    residual[stuck, 1:] = -PENALTY * slips[stuck]
+    by_force[stuck, 1:, 1:], by_motion[stuck, 1:, 1:] = 0.0, -PENALTY * np.eye(2)
+    slides = touching[slipping]
+    if slides.size:
+        along, share = trial[slipping] / size[slipping, None], bound[slipping] / size[slipping]
+        across = share[:, None, None] * (np.eye(2) - along[:, :, None] * along[:, None])
+        residual[slides, 1:] = forces[slides, 1:] - bound[slipping, None] * along
+        rubbed = -friction[slides, None] * along
+        by_force[slides, 1:, 0], by_motion[slides, 1:, 0] = rubbed, PENALTY * rubbed
+        by_force[slides, 1:, 1:], by_motion[slides, 1:, 1:] = np.eye(2) - across, -PENALTY * across
     return by_force, by_motion, residual
 
 
 def contact_axes(normals: Array) -> Array:
     """Return orthonormal frames with the normals as first rows, of shape (n_c, 3, 3)."""
     helper = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first = np.cross(normals, helper)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([normals, first, np.cross(normals, first)], axis=1)
+    first = cross_rows(normals, helper)
+    first /= np.sqrt((first * first).sum(axis=1, keepdims=True))
+    return np.stack([normals, first, cross_rows(normals, first)], axis=1)
 
 
 def block_diagonal(blocks: Array) -> Array:

@@ -19,7 +19,7 @@ import numpy as np
 from ..hand.kinematics import ContactKinematics, HandKinematics
 from ..model.compliance import bent, joint_stiffness, softened
 from ..problem.problem import GraspProblem
-from ..spatial import Array, Pose, rotation_exp, skew
+from ..spatial import Array, Pose, cross_rows, rotation_exp, skew
 from .contact_law import Flags, block_diagonal, contact_axes, contact_rows
 
 MAX_ITERATIONS = 15
@@ -193,7 +193,7 @@ class RestSolver:
         if self.problem.radii.any():
             turned = np.einsum("ijk,ik->ij", place.angular, state.q - anchors.postures)
             turned = turned + _turn(state.rotation @ before.rotation.T)
-            moved = moved + np.cross(turned, self.problem.radii[:, None] * place.normals)
+            moved = moved + cross_rows(turned, self.problem.radii[:, None] * place.normals)
         along = np.einsum("ij,ij->i", moved, place.normals)
         return moved - along[:, None] * place.normals
 

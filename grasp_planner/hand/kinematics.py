@@ -91,11 +91,11 @@ class HandKinematics:
         position = arm + self._palm_translation
         linear, angular_part = linear_full @ coupling, angular_full @ coupling
         linear_derivative = angular_derivative = np.empty((0, *linear.shape))
-        crosses = skew(omega.T)[:, None]
         if derivatives:
+            crosses = skew(omega.T)[:, None]
             linear_derivative = self._contract(self._pair_products(crosses, linear_full, symmetric=True))
-        if derivatives and angular:
-            angular_derivative = self._contract(self._pair_products(crosses, angular_full, symmetric=False))
+            if angular:
+                angular_derivative = self._contract(self._pair_products(crosses, angular_full, symmetric=False))
         return ContactKinematics(
             position, linear, angular_part, linear_derivative, angular_derivative, placements, twists
         )
