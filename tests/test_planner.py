@@ -1,5 +1,7 @@
 """Planning the paper's case and others; what happens when no grasp exists; stopping."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -165,3 +167,19 @@ def test_most_random_problems_are_solved(right, n_s, least):
     """Eight of the benchmark's random problems; the benchmark does a hundred."""
     results = [plan_case(BenchmarkCase(seed, n_s), 60.0, 1) for seed in range(8)]
     assert sum(result.feasible for result in results) >= least
+
+
+@pytest.mark.parametrize("law", ["springs", "controllable"])
+@pytest.mark.parametrize("n_synergies", [3, 15])
+def test_without_a_solver_grasps_are_taken_as_they_are_found(law, n_synergies):
+    """No phase two, no search for little force, no closing: several feasible grasps of one problem, all different."""
+    problem = BenchmarkCase(0, n_synergies).problem()
+    problem = replace(problem, parameters=replace(problem.parameters, force_law=law))
+    options = gp.PlannerOptions(enough=1, solver="none", starts=200)
+    found = gp.plan_grasps(problem, 4, seed=1, options=options)
+    assert all(grasp.feasible for grasp in found)
+    assert len(found) == 4
+    assert all(record.phase == "one" for grasp in found for record in grasp.search.history)
+    assert not any("closing" in vars(grasp) for grasp in found)
+    best = gp.plan_grasp(problem, seed=1, options=replace(options, enough=6))
+    assert best.search.least_force <= best.force_norm <= 1.5 * best.search.least_force * (1.0 + 1e-9)

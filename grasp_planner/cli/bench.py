@@ -16,6 +16,7 @@ from rich.table import Table
 
 from ..checks import positive_whole
 from ..exceptions import InvalidValueError
+from ..problem.search_options import SOLVERS
 from .options import parse_counts, parse_names
 from .output import check_writable, write_or_print
 
@@ -37,6 +38,9 @@ Group = tuple[str, str, int]
 @click.option("--loads/--no-loads", default=False, help="Whether the standard load cases have to be held.")
 @click.option("--problems", type=int, default=100, show_default=True, help="Random problems for each combination.")
 @click.option("--enough", type=int, default=2, show_default=True, help="Feasible grasps after which a search ends.")
+@click.option(
+    "--solver", type=click.Choice(SOLVERS), default=SOLVERS[0], show_default=True, help="What solves phase two."
+)
 @click.option("--cpu-limit", type=float, default=10.0, show_default=True, help="Processor time for a problem [s].")
 @click.option("--workers", type=int, default=1, show_default=True, help="Worker processes.")
 @click.option("--stages", is_flag=True, help="Measure the stages of the search one by one, on the first combination.")
@@ -51,6 +55,7 @@ def bench(
     loads: bool,
     problems: int,
     enough: int,
+    solver: str,
     cpu_limit: float,
     workers: int,
     stages: bool,
@@ -87,10 +92,10 @@ def bench(
         from .bench_stages import print_stages
 
         first = [case(seed, *groups[0]) for seed in range(problems)]
-        print_stages(console, first, kinematics_ms=speeds[0].kinematics_ms, enough=enough, cpu_limit_s=cpu_limit)
+        print_stages(console, first, kinematics_ms=speeds[0].kinematics_ms, cpu_limit_s=cpu_limit)
         return
     cases = [case(seed, *group) for group in groups for seed in range(problems)]
-    solved = benchmark.plan_cases(cases, cpu_limit_s=cpu_limit, enough=enough, workers=workers)
+    solved = benchmark.plan_cases(cases, cpu_limit_s=cpu_limit, enough=enough, workers=workers, solver=solver)
     results = list(track(solved, "random problems", total=len(cases), console=console))
     by_group = {group: results[i * problems : (i + 1) * problems] for i, group in enumerate(groups)}
     console.print(_summary_table(by_group))

@@ -17,22 +17,19 @@ if TYPE_CHECKING:
 
 OPTIMAL = 1e-6
 """Stationarity below which a grasp counts as an optimum."""
-MANY = 5
-"""Problems of which 16 different grasps are looked for."""
+RATES = (("slsqp", 1), ("none", 1), ("none", 16))
+"""Solvers, and grasps asked of each problem, whose throughput is measured."""
 WORKERS = (1, 2)
 """Worker processes whose throughput is measured."""
 
 
-def print_stages(
-    console: Console, cases: Sequence[BenchmarkCase], *, kinematics_ms: float, enough: int, cpu_limit_s: float
-) -> None:
+def print_stages(console: Console, cases: Sequence[BenchmarkCase], *, kinematics_ms: float, cpu_limit_s: float) -> None:
     """Measure and print batches of starts, the way to an optimum, and throughput.
 
     Args:
         console: Where to.
         cases: Random problems of one group.
         kinematics_ms: Time of bare kinematics, which batches are compared with [ms].
-        enough: Feasible grasps after which a search ends.
         cpu_limit_s: Processor time for each search [s].
     """
     from ..studies.benchmark_stages import batch_speeds, grasp_times, optimality_speed, throughput
@@ -41,10 +38,13 @@ def print_stages(
     console.print(_batch_table(list(batch_speeds(hand, n_s)), kinematics_ms))
     found = [optimality_speed(case) for case in track(cases, "optima", console=console)]
     console.print(_optimality_table([each for each in found if each is not None]))
-    numbered = list(enumerate(cases))
-    times = [grasp_times(case, several=i < MANY) for i, case in track(numbered, "grasps", console=console)]
+    times = [grasp_times(case) for case in track(cases, "grasps", console=console)]
     console.print(_times_table(times))
-    rates = [throughput(cases, workers, enough=enough, cpu_limit_s=cpu_limit_s) for workers in WORKERS]
+    rates = [
+        throughput(cases, workers, solver=solver, enough=enough, cpu_limit_s=cpu_limit_s)
+        for solver, enough in RATES
+        for workers in WORKERS
+    ]
     console.print(_throughput_table(rates))
 
 
@@ -106,27 +106,26 @@ def _worse(mine: Sequence[SolverRun], theirs: Sequence[SolverRun]) -> int:
 def _times_table(times: Sequence[GraspTimes]) -> Table:
     """Return the table of processor times until there are grasps."""
     table = _table("processor time until there is", "", "median \\[s]", "longest \\[s]", "found")
-    names = {"a feasible point": "point", "a grasp": "first", "the best of 16 different": "several"}
+    names = {"a grasp, no solver": "point", "a grasp, SLSQP": "first", "the best of 16, no solver": "several"}
     for heading, name in names.items():
         found = [value for each in times if (value := getattr(each, name)) == getattr(each, name)]
         middle, longest = (f"{pick(found):.2f}" if found else "–" for pick in (statistics.median, max))
-        asked = min(MANY, len(times)) if name == "several" else len(times)
-        table.add_row(heading, middle, longest, f"{len(found)}/{asked}")
+        table.add_row(heading, middle, longest, f"{len(found)}/{len(times)}")
     return table
 
 
 def _throughput_table(rates: Sequence[Throughput]) -> Table:
     """Return the table of problems a second."""
-    table = _table(
-        "throughput by the clock", "workers", "problems/s", "feasible grasps/s", "of workers times one worker"
-    )
+    columns = "solver", "grasps asked", "workers", "problems/s", "feasible grasps/s", "of workers times one worker"
+    table = _table("throughput by the clock", *columns)
+    alone: dict[tuple[str, int], float] = {}
     for rate in rates:
-        share = rates[0].seconds / (rate.seconds * rate.workers)
+        share = alone.setdefault((rate.solver, rate.enough), rate.seconds * rate.workers) / (
+            rate.seconds * rate.workers
+        )
+        each = (rate.problems / rate.seconds, rate.feasible / rate.seconds)
         table.add_row(
-            str(rate.workers),
-            f"{rate.problems / rate.seconds:.1f}",
-            f"{rate.feasible / rate.seconds:.1f}",
-            f"{100 * share:.0f} %",
+            rate.solver, str(rate.enough), str(rate.workers), *(f"{a:.1f}" for a in each), f"{100 * share:.0f} %"
         )
     return table
 

@@ -136,12 +136,15 @@ class AttemptSolver:
         """Run the phases from one start; the attempt stands where they ended, also if the check stops them."""
         if not self.prepare(attempt):
             return
-        self._run(attempt, "two")
+        if self.options.solver != "none":
+            self._run(attempt, "two")
         if attempt.merit < WORTH_POLISHING and not attempt.grasp(0, self.options).feasible:
             self._least_squares(attempt, polish)
 
     def prepare(self, attempt: Attempt) -> bool:
         """Run what comes before phase two; return whether phase two is worth trying."""
+        if self.options.solver == "none":
+            return self._take(attempt)
         weighted = self.problem.parameters.weighted
         phase_one = self.options.phase_one
         if phase_one is None:
@@ -164,6 +167,13 @@ class AttemptSolver:
             most_force = max(self.most_force, attempt.force_norm)
         return program.build(phase, attempt.objective_scale, most_force, task_floor)
 
+    def _take(self, attempt: Attempt) -> bool:
+        """Bring the attempt to feasibility, unless it is feasible as it is; return whether it came near enough."""
+        if not attempt.grasp(0, self.options).feasible and not self._reach_feasibility(attempt):
+            return False
+        self._count_as_least(attempt)
+        return True
+
     def _reach_feasibility(self, attempt: Attempt) -> bool:
         """Run phase one; return whether it came near enough for phase two."""
         clearance = self.problem.clearance.needs_geometry
@@ -182,6 +192,10 @@ class AttemptSolver:
     def _seek_little_force(self, attempt: Attempt) -> None:
         """Move the attempt to where little force will do, and remember how little."""
         self._run(attempt, "force")
+        self._count_as_least(attempt)
+
+    def _count_as_least(self, attempt: Attempt) -> None:
+        """Remember the force of an attempt that is nearly feasible, if it is the least."""
         if attempt.merit <= COUNTS_AS_LEAST:
             self.least_force = min(self.least_force, attempt.force_norm)
 

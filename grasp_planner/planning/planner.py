@@ -128,7 +128,9 @@ class _Search:
     ) -> None:
         self.problem, self.seed, self.options, self.count = problem, seed, options, count
         self.cancel, self.result_callback = cancel, result_callback
-        asked = problem.parameters.force_law == "springs" if options.closing is None else options.closing
+        solved = options.solver != "none"
+        springs = problem.parameters.force_law == "springs"
+        asked = springs and solved if options.closing is None else options.closing
         self.closing = asked and max(options.enough, count) > 1  # of one grasp there is nothing to choose
         self.callback = callback
         self.solver = AttemptSolver(problem, options, callback, self._check_stop)
@@ -196,7 +198,7 @@ class _Search:
         if not found:
             assert self._nearest is not None
             found = (self._nearest[1],)
-        elif not self.problem.parameters.weighted and not self.stopped:
+        elif self.options.solver != "none" and not self.problem.parameters.weighted and not self.stopped:
             found = self._off_stops(found)
         return tuple(self._reported(grasp) for grasp in found)
 

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from ..problem.settings import check_settings, setting
 
+SOLVERS = ("slsqp", "newton", "none")
+"""What may solve phase two."""
+
 
 @dataclass(frozen=True)
 class PlannerOptions:
@@ -20,9 +23,10 @@ class PlannerOptions:
         phase_one: Whether to look for feasibility first, by least squares (by SQP from prepared starts and where
             least squares leaves clearances violated); None decides: with few synergies or clearances it does.
         closing: Whether grasps that close from an open hand go before all others, and up to twice as many are looked
-            for until one does; None: where forces come from springs.
+            for until one does; None: where forces come from springs and a solver works on them.
         solver: What solves phase two: ``slsqp``, or ``newton``, which goes on from there with second derivatives
-            until the first-order conditions hold to 1e-7, at several times the time.
+            until the first-order conditions hold to 1e-7, at several times the time, or ``none``: feasible grasps are
+            taken as they are found, with whatever force they need, tens a second where nothing has to keep clear.
     """
 
     starts: int = setting(40, "Most starts.", low=1, high=1e6, step=1)
@@ -47,9 +51,9 @@ class PlannerOptions:
         None,
         "Whether grasps that close from an open hand go first.",
         kind="truth",
-        none="yes where forces come from springs",
+        none="yes where forces come from springs and a solver works on them",
     )
-    solver: str = setting("slsqp", "What solves phase two.", choices=("slsqp", "newton"))
+    solver: str = setting("slsqp", "What solves phase two.", choices=SOLVERS)
 
     def __post_init__(self) -> None:
         check_settings(self)

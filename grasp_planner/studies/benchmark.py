@@ -117,13 +117,14 @@ def evaluation_speed(
     return EvaluationSpeed(n_synergies, clearance, median, kinematics_ms, median / kinematics_ms)
 
 
-def plan_case(case: BenchmarkCase, cpu_limit_s: float, enough: int) -> ProblemResult:
+def plan_case(case: BenchmarkCase, cpu_limit_s: float, enough: int, solver: str = "slsqp") -> ProblemResult:
     """Plan one random problem with one call.
 
     Args:
         case: The problem.
         cpu_limit_s: Processor time after which the search ends with what it has [s].
         enough: Feasible grasps after which it ends.
+        solver: What solves phase two.
 
     Returns:
         The result.
@@ -133,7 +134,7 @@ def plan_case(case: BenchmarkCase, cpu_limit_s: float, enough: int) -> ProblemRe
     grasp = plan_grasp(
         problem,
         seed=case.seed,
-        options=PlannerOptions(enough=enough),
+        options=PlannerOptions(enough=enough, solver=solver),
         cancel=lambda: time.process_time() - began > cpu_limit_s,
     )
     cpu_s = time.process_time() - began
@@ -160,7 +161,7 @@ def plan_case(case: BenchmarkCase, cpu_limit_s: float, enough: int) -> ProblemRe
 
 
 def plan_cases(
-    cases: Sequence[BenchmarkCase], *, cpu_limit_s: float, enough: int, workers: int
+    cases: Sequence[BenchmarkCase], *, cpu_limit_s: float, enough: int, workers: int, solver: str = "slsqp"
 ) -> Iterator[ProblemResult]:
     """Plan random problems, in worker processes if there is more than one.
 
@@ -169,20 +170,24 @@ def plan_cases(
         cpu_limit_s: Processor time for each [s].
         enough: Feasible grasps after which a search ends.
         workers: Worker processes.
+        solver: What solves phase two.
 
     Yields:
         Results in the order of the cases.
     """
     if workers <= 1:
-        yield from (plan_case(case, cpu_limit_s, enough) for case in cases)
+        yield from (plan_case(case, cpu_limit_s, enough, solver) for case in cases)
         return
-    function = JobFunction(f"{__name__}:case_benchmark", {"cpu_limit_s": cpu_limit_s, "enough": enough})
+    settings = {"cpu_limit_s": cpu_limit_s, "enough": enough, "solver": solver}
+    function = JobFunction(f"{__name__}:case_benchmark", settings)
     yield from answers_in_order(function, cases, workers)
 
 
-def case_benchmark(cpu_limit_s: float, enough: int) -> Callable[[BenchmarkCase, JobContext], ProblemResult]:
+def case_benchmark(
+    cpu_limit_s: float, enough: int, solver: str
+) -> Callable[[BenchmarkCase, JobContext], ProblemResult]:
     """Return what answers a job of the benchmark, in the worker process."""
-    return lambda case, _: plan_case(case, cpu_limit_s, enough)
+    return lambda case, _: plan_case(case, cpu_limit_s, enough, solver)
 
 
 def summarise(results: Sequence[ProblemResult]) -> dict[str, float]:

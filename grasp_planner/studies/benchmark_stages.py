@@ -103,9 +103,9 @@ class GraspTimes:
     """Processor time until grasps of a problem are there, each judged feasible [s]; not a number where there is none.
 
     Attributes:
-        point: A point of the pool that meets every requirement.
+        point: The first grasp as phase one found it.
         first: The first grasp that phase two is through with.
-        several: The best of several different grasps.
+        several: The best of 16 different grasps as phase one found them.
     """
 
     point: float
@@ -118,12 +118,16 @@ class Throughput:
     """Problems planned in a time, by the clock.
 
     Attributes:
+        solver: What solved phase two.
+        enough: Feasible grasps asked of each problem.
         workers: Worker processes.
         problems: Problems planned.
         feasible: Feasible grasps found.
         seconds: Time it took, processes started before [s].
     """
 
+    solver: str
+    enough: int
     workers: int
     problems: int
     feasible: int
@@ -226,14 +230,13 @@ def optimality_speed(case: BenchmarkCase) -> OptimalitySpeed | None:
     return OptimalitySpeed(slsqp, newton, verification_ms=1e3 * verification)
 
 
-def grasp_times(case: BenchmarkCase, *, several: bool = True) -> GraspTimes:
+def grasp_times(case: BenchmarkCase) -> GraspTimes:
     """Measure how long grasps of a random problem take.
 
     Args:
         case: The problem.
-        several: Whether to look for several different ones too, which takes longest.
     """
-    problem, options = case.problem(), PlannerOptions(enough=1)
+    problem, options, points = case.problem(), PlannerOptions(enough=1), PlannerOptions(enough=1, solver="none")
 
     def spent(plan: Callable[[], Sequence[Grasp]], least: int = 1) -> float:
         began = time.process_time()
@@ -241,36 +244,28 @@ def grasp_times(case: BenchmarkCase, *, several: bool = True) -> GraspTimes:
         return time.process_time() - began if len(found) >= least else float("nan")
 
     return GraspTimes(
-        point=spent(lambda: [_first_point(problem, case.seed)]),
+        point=spent(lambda: [plan_grasp(problem, seed=case.seed, options=points)]),
         first=spent(lambda: [plan_grasp(problem, seed=case.seed, options=options)]),
-        several=spent(lambda: plan_grasps(problem, SEVERAL, seed=case.seed, options=options), SEVERAL)
-        if several
-        else float("nan"),
+        several=spent(lambda: plan_grasps(problem, SEVERAL, seed=case.seed, options=points), SEVERAL),
     )
 
 
-def _first_point(problem: GraspProblem, seed: int) -> Grasp:
-    """Return the first point of the pool that is feasible as it is, or the last one tried."""
-    for index, start in enumerate(islice(pooled_starts(problem, np.random.default_rng(seed)), MOST_STARTS)):
-        grasp = Attempt.at(index, problem, start).grasp(seed, PlannerOptions())
-        if grasp.feasible:
-            break
-    return grasp
-
-
-def throughput(cases: Sequence[BenchmarkCase], workers: int, *, enough: int, cpu_limit_s: float) -> Throughput:
+def throughput(
+    cases: Sequence[BenchmarkCase], workers: int, *, solver: str, enough: int, cpu_limit_s: float
+) -> Throughput:
     """Measure how many problems a second are planned.
 
     Args:
         cases: The problems; the first of them are planned once more, before the clock starts.
         workers: Worker processes.
+        solver: What solves phase two.
         enough: Feasible grasps after which a search ends.
         cpu_limit_s: Processor time for each [s].
     """
     warm = [*cases[:workers], *cases]
-    answers = plan_cases(warm, cpu_limit_s=cpu_limit_s, enough=enough, workers=workers)
+    answers = plan_cases(warm, cpu_limit_s=cpu_limit_s, enough=enough, workers=workers, solver=solver)
     for _ in range(workers):
         next(answers)
     began = time.perf_counter()
     found = sum(result.starts_feasible for result in answers)
-    return Throughput(workers, len(cases), found, time.perf_counter() - began)
+    return Throughput(solver, enough, workers, len(cases), found, time.perf_counter() - began)
