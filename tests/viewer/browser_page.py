@@ -14,6 +14,7 @@ TOLERATED = (
     "THREE.Clock: This module has been deprecated",
     "KHR_parallel_shader_compile",
     "Unable to preventDefault inside passive event listener",
+    "(OK) Tried to remove non-existent component",  # a page that opens while controls are made anew
 )
 """What the page's libraries say on the console; nothing else may be an error or a warning."""
 DRIVER_WARNINGS = (
