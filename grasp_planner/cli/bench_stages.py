@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -108,7 +109,7 @@ def _times_table(times: Sequence[GraspTimes]) -> Table:
     table = _table("processor time until there is", "", "median \\[s]", "longest \\[s]", "found")
     names = {"a grasp, no solver": "point", "a grasp, SLSQP": "first", "the best of 16, no solver": "several"}
     for heading, name in names.items():
-        found = [value for each in times if (value := getattr(each, name)) == getattr(each, name)]
+        found = [value for each in times if not math.isnan(value := getattr(each, name))]
         middle, longest = (f"{pick(found):.2f}" if found else "–" for pick in (statistics.median, max))
         table.add_row(heading, middle, longest, f"{len(found)}/{len(times)}")
     return table
@@ -120,9 +121,8 @@ def _throughput_table(rates: Sequence[Throughput]) -> Table:
     table = _table("throughput by the clock", *columns)
     alone: dict[tuple[str, int], float] = {}
     for rate in rates:
-        share = alone.setdefault((rate.solver, rate.enough), rate.seconds * rate.workers) / (
-            rate.seconds * rate.workers
-        )
+        spent = rate.seconds * rate.workers
+        share = alone.setdefault((rate.solver, rate.enough), spent) / spent
         each = (rate.problems / rate.seconds, rate.feasible / rate.seconds)
         table.add_row(
             rate.solver, str(rate.enough), str(rate.workers), *(f"{a:.1f}" for a in each), f"{100 * share:.0f} %"

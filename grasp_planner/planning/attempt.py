@@ -134,17 +134,14 @@ class AttemptSolver:
 
     def solve(self, attempt: Attempt) -> None:
         """Run the phases from one start; the attempt stands where they ended, also if the check stops them."""
-        if not self.prepare(attempt):
-            return
-        if self.options.solver != "none":
+        if self.options.solver == "none":
+            self._take(attempt)
+        elif self.prepare(attempt):
             self._run(attempt, "two")
-        if attempt.merit < WORTH_POLISHING and not attempt.grasp(0, self.options).feasible:
-            self._least_squares(attempt, polish)
+            self._polish(attempt)
 
     def prepare(self, attempt: Attempt) -> bool:
         """Run what comes before phase two; return whether phase two is worth trying."""
-        if self.options.solver == "none":
-            return self._take(attempt)
         weighted = self.problem.parameters.weighted
         phase_one = self.options.phase_one
         if phase_one is None:
@@ -167,12 +164,18 @@ class AttemptSolver:
             most_force = max(self.most_force, attempt.force_norm)
         return program.build(phase, attempt.objective_scale, most_force, task_floor)
 
-    def _take(self, attempt: Attempt) -> bool:
-        """Bring the attempt to feasibility, unless it is feasible as it is; return whether it came near enough."""
-        if not attempt.grasp(0, self.options).feasible and not self._reach_feasibility(attempt):
-            return False
+    def _take(self, attempt: Attempt) -> None:
+        """Bring the attempt to feasibility, unless it is feasible as it is."""
+        if not attempt.grasp(0, self.options).feasible:
+            if not self._reach_feasibility(attempt):
+                return
+            self._polish(attempt)
         self._count_as_least(attempt)
-        return True
+
+    def _polish(self, attempt: Attempt) -> None:
+        """Remove what little violation is left, if any."""
+        if attempt.merit < WORTH_POLISHING and not attempt.grasp(0, self.options).feasible:
+            self._least_squares(attempt, polish)
 
     def _reach_feasibility(self, attempt: Attempt) -> bool:
         """Run phase one; return whether it came near enough for phase two."""
