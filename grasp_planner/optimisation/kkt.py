@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 
 import clarabel
 import numpy as np
-from scipy import sparse
 from scipy.optimize import lsq_linear
 
 from ..spatial import Array
 from .lagrangian import Evaluate, Indices, NlpPoint, lagrangian_gradient, lagrangian_hessian, secant_hessian
 from .nlp import NonlinearProgram
+from .quadratic import solve_quadratic
 
 ACTIVE = 1e-6
 """Residual below which an inequality may be active."""
@@ -248,15 +248,8 @@ def _quadratic_step(hessian: Array, point: NlpPoint, reach: float) -> tuple[Arra
     """Solve min ½ dᵀ H d + ∇f·d with the constraints made linear and |d| ≤ reach; return d and the multipliers."""
     n, m, n_e = len(point.gradient), len(point.residuals), point.n_equalities
     box = np.eye(n)
-    rows = sparse.csc_matrix(np.vstack([-point.jacobian, box, -box]))
+    rows = np.vstack([-point.jacobian, box, -box])
     right = np.concatenate([point.residuals, np.full(2 * n, reach)])
-    kinds = [clarabel.ZeroConeT(n_e), clarabel.NonnegativeConeT(m - n_e + 2 * n)]
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-13
-    upper = sparse.triu(sparse.csc_matrix(hessian)).tocsc()
-    solution = clarabel.DefaultSolver(upper, point.gradient, rows, right, kinds, settings).solve()
-    accepted = (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved)
-    if solution.status not in (*accepted, clarabel.SolverStatus.InsufficientProgress):
-        return None
-    return np.array(solution.x), np.array(solution.z)[:m]
+    cones = [clarabel.ZeroConeT(n_e), clarabel.NonnegativeConeT(m - n_e + 2 * n)]
+    found = solve_quadratic(hessian, point.gradient, rows, right, cones, tolerance=1e-13)
+    return None if found is None else (found[0], found[1][:m])

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import clarabel
 import numpy as np
-from scipy import sparse
 
 from ..spatial import Array
 from .lagrangian import HESSIAN_STEP, NlpPoint, lagrangian_gradient
 from .nlp import NlpSolution, NonlinearProgram, solve_nlp
+from .quadratic import solve_quadratic
 
 ROUGH = 1e-3
 """Tolerance of the quasi-Newton steps that go first."""
@@ -141,21 +141,14 @@ class _Search:
         high = np.minimum(self.program.upper - z, self.reach)
         low = np.minimum(z - self.program.lower, self.reach)
         right = np.concatenate([-zero, zero, room, [0.0], high, low])
-        rows = sparse.csc_matrix(np.column_stack([blocks, missing]))
         square = np.zeros((n + 1, n + 1))
         square[:n, :n] = hessian
-        settings = clarabel.DefaultSettings()
-        settings.verbose = False
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
-        upper = sparse.triu(sparse.csc_matrix(square)).tocsc()
-        slope = np.append(point.gradient, self.weight)
-        solution = clarabel.DefaultSolver(
-            upper, slope, rows, right, [clarabel.NonnegativeConeT(len(right))], settings
-        ).solve()
-        status = clarabel.SolverStatus
-        if solution.status not in (status.Solved, status.AlmostSolved, status.InsufficientProgress):
+        slope, rows = np.append(point.gradient, self.weight), np.column_stack([blocks, missing])
+        cones = [clarabel.NonnegativeConeT(len(right))]
+        solution = solve_quadratic(square, slope, rows, right, cones, tolerance=1e-12)
+        if solution is None:
             return None
-        x, dual, n_e = np.array(solution.x), np.array(solution.z), point.n_equalities
+        (x, dual), n_e = solution, point.n_equalities
         multipliers = np.concatenate([dual[n_e : 2 * n_e] - dual[:n_e], dual[2 * n_e : 2 * n_e + len(room)]])
         multipliers[
             np.abs(multipliers) < NO_MULTIPLIER * max(point.steepness, np.abs(multipliers).max(initial=0.0))
