@@ -54,7 +54,9 @@ def lagrangian_gradient(point: NlpPoint, active: Indices, multipliers: Array) ->
     return point.gradient - point.jacobian[active].T @ multipliers
 
 
-def lagrangian_hessian(evaluate: Evaluate, z: Array, multipliers: Array, at: NlpPoint | None = None) -> Array:
+def lagrangian_hessian(
+    evaluate: Evaluate, z: Array, multipliers: Array, at: NlpPoint | None = None, along: Array | None = None
+) -> Array:
     """Return the Hessian of f − λ·c by central differences of its gradient.
 
     Args:
@@ -62,23 +64,23 @@ def lagrangian_hessian(evaluate: Evaluate, z: Array, multipliers: Array, at: Nlp
         z: The point, of shape (n,).
         multipliers: λ of all constraints, of shape (m,).
         at: The program there; if it is given the differences are forward ones, of half the cost.
+        along: Directions in which it is wanted, as columns of shape (n, k); the variables' own if left out.
 
     Returns:
-        The Hessian, of shape (n, n).
+        The Hessian in these directions, of shape (k, k).
     """
     used = np.flatnonzero(multipliers)
     here = None if at is None else lagrangian_gradient(at, used, multipliers[used])
+    directions = np.eye(len(z)) if along is None else along
     columns = []
-    for k in range(len(z)):
-        step = np.zeros(len(z))
-        step[k] = HESSIAN_STEP
+    for step in HESSIAN_STEP * directions.T:
         up = lagrangian_gradient(evaluate(z + step), used, multipliers[used])
         if here is None:
             down = lagrangian_gradient(evaluate(z - step), used, multipliers[used])
             columns.append((up - down) / (2.0 * HESSIAN_STEP))
         else:
             columns.append((up - here) / HESSIAN_STEP)
-    hessian = np.array(columns)
+    hessian = np.array(columns).reshape(-1, len(z)) @ directions
     return 0.5 * (hessian + hessian.T)
 
 

@@ -15,7 +15,7 @@ import clarabel
 import numpy as np
 
 from ..spatial import Array
-from .lagrangian import HESSIAN_STEP, NlpPoint, lagrangian_gradient
+from .lagrangian import NlpPoint, lagrangian_gradient, lagrangian_hessian
 from .nlp import NlpSolution, NonlinearProgram, solve_nlp
 from .quadratic import solve_quadratic
 
@@ -99,15 +99,9 @@ class _Search:
         its negative curvature turned about; across active inequalities and equalities it does not count.
         """
         point, used = self.point, np.flatnonzero(self.multipliers)
-        here = lagrangian_gradient(point, used, self.multipliers[used])
         across = point.jacobian[: point.n_equalities]
         tangents = np.linalg.qr(across.T, mode="complete")[0][:, len(across) :]
-        bent = np.empty_like(tangents)
-        for k, along in enumerate(tangents.T):
-            beside = self.evaluate(self.z + HESSIAN_STEP * along)
-            bent[:, k] = (lagrangian_gradient(beside, used, self.multipliers[used]) - here) / HESSIAN_STEP
-        curved = tangents.T @ bent
-        curved = 0.5 * (curved + curved.T)
+        curved = lagrangian_hessian(self.evaluate, self.z, self.multipliers, at=point, along=tangents)
         size = float(np.abs(curved).max(initial=1e-12))
         active = point.jacobian[used[used >= point.n_equalities]] @ tangents
         values, vectors = np.linalg.eigh(curved + size * active.T @ active)
