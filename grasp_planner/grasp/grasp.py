@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -35,7 +35,13 @@ class Grasp(PosedGrasp):
 
     search: SearchReport | None = field(default=None, compare=False)
 
-    @property
+    def with_search(self, search: SearchReport | None) -> Grasp:
+        """Return it with another report, without computing again what is known of it."""
+        found = replace(self, search=search)
+        found.__dict__.update({name: value for name, value in self.__dict__.items() if name != "search"})
+        return found
+
+    @cached_property
     def objective(self) -> float:
         """Z = w_F F + w_C C, eq. (29), with the user's own costs; without weights C takes the place of the sum."""
         return problem_objective(self.problem).clear_value(self)

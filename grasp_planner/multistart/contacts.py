@@ -77,6 +77,13 @@ class BatchedContacts:
         xp = namespace(self.normal_forces)
         return xp.sqrt(xp.einsum("bi,bi->b", self.normal_forces, self.normal_forces) + FORCE_SMOOTHING**2)
 
+    @property
+    def force_room(self) -> tuple[Array, Array]:
+        """Return how much more F may be [N], of shape (B, 1), and its derivatives by x, of shape (B, 1, n_x)."""
+        force = self.force_norm
+        slope = (self.normal_forces / force[:, None])[:, None] @ self.d_normal_forces
+        return (self.states.most_force - force)[:, None], -slope
+
 
 class BatchedContactEvaluator:
     """Evaluates the contacts of a problem."""

@@ -26,6 +26,7 @@ UNITS: dict[str, Unit] = {
     "equilibrium_moment": NEWTON_METRE,
     "friction": NEWTON,
     "finger_share": NEWTON,
+    "most_force": NEWTON,
     "region": METRE,
     "edge": RADIAN,
     "abduction_order": RADIAN,
@@ -78,6 +79,7 @@ class BatchedProblem:
             Rows("equilibrium_moment", contacts.balance[:, 3:], contacts.d_balance[:, 3:], equality=True),
             Rows("friction", *contacts.cone_margins(problem.friction - cone_reserve(problem))),
             *self._shares(contacts),
+            Rows("most_force", *contacts.force_room),
             *self._region(contacts),
             *self._edge(contacts),
         ]

@@ -20,29 +20,31 @@ class States:
         rotation: Rotation of the palm in O, of shape (B, 3, 3).
         translation: Position of the palm in O [m], of shape (B, 3).
         forces: Contact forces of the hand on the object in P [N], of shape (B, n_c, 3).
+        most_force: F that each state may take [N], infinite where that is open, of shape (B,).
     """
 
     joints: Array
     rotation: Array
     translation: Array
     forces: Array
+    most_force: Array
 
     def __len__(self) -> int:
         return len(self.joints)
 
     def take(self, rows: Indices) -> States:
         """Return some of the states."""
-        return States(self.joints[rows], self.rotation[rows], self.translation[rows], self.forces[rows])
+        return States(*(part[rows] for part in self._parts()))
 
     def replaced(self, where: npt.NDArray[np.bool_], other: States) -> States:
         """Return the states, those of another batch, which is used up, where a mask of shape (B,) says so."""
         pairs = zip(self._parts(), other._parts(), strict=True)
         return States(*(chosen(where, theirs, mine) for mine, theirs in pairs))
 
-    def joined(self, other: States) -> States:
+    def joined(self, *others: States) -> States:
         """Return these states and others behind them."""
-        xp = namespace(self.joints)
-        return States(*(xp.concatenate(pair) for pair in zip(self._parts(), other._parts(), strict=True)))
+        xp, parts = namespace(self.joints), (states._parts() for states in (self, *others))
+        return States(*(xp.concatenate(each) for each in zip(*parts, strict=True)))
 
     def stepped(self, step: Array, lower: Array, upper: Array) -> States:
         """Return the states after a step of shape (B, n_x), joint angles kept within limits of shape (n_q,)."""
@@ -53,11 +55,12 @@ class States:
             self.rotation @ rotations_exp(angular),
             self.translation + (self.rotation @ linear[:, :, None])[..., 0],
             self.forces + step[:, n_q + 6 :].reshape(self.forces.shape),
+            self.most_force,
         )
 
-    def _parts(self) -> tuple[Array, Array, Array, Array]:
+    def _parts(self) -> tuple[Array, ...]:
         """Return the arrays."""
-        return self.joints, self.rotation, self.translation, self.forces
+        return self.joints, self.rotation, self.translation, self.forces, self.most_force
 
 
 def rotations_exp(vectors: Array) -> Array:

@@ -54,6 +54,7 @@ class Attempt:
     message: str = ""
     objective_scale: float = 1.0
     history: list[IterationRecord] = field(default_factory=list)
+    _posed: tuple[Array, Grasp] | None = None
 
     @classmethod
     def at(cls, index: int, problem: GraspProblem, start: GraspStart) -> Attempt:
@@ -73,10 +74,16 @@ class Attempt:
         """F [N]."""
         return self.program.state(self.z).force_norm
 
+    @property
+    def posed(self) -> Grasp:
+        """The grasp it stands at, without a report; judged once while it stands there."""
+        if self._posed is None or self._posed[0] is not self.z:
+            self._posed = self.z, self.program.grasp(self.z)
+        return self._posed[1]
+
     def grasp(self, seed: int, options: PlannerOptions) -> Grasp:
         """Return the grasp it stands at."""
-        return self.program.grasp(
-            self.z,
+        return self.posed.with_search(
             SearchReport(
                 seed=seed,
                 iterations=self.iterations["two"],
@@ -84,7 +91,7 @@ class Attempt:
                 message=self.message,
                 history=tuple(self.history),
                 options=options,
-            ),
+            )
         )
 
     def record(self, phase: Phase) -> IterationRecord:
@@ -166,15 +173,16 @@ class AttemptSolver:
 
     def _take(self, attempt: Attempt) -> None:
         """Bring the attempt to feasibility, unless it is feasible as it is."""
-        if not attempt.grasp(0, self.options).feasible:
+        if not attempt.posed.feasible:
             if not self._reach_feasibility(attempt):
                 return
             self._polish(attempt)
-        self._count_as_least(attempt)
+        if attempt.posed.feasible:
+            self.least_force = min(self.least_force, attempt.posed.force_norm)
 
     def _polish(self, attempt: Attempt) -> None:
         """Remove what little violation is left, if any."""
-        if attempt.merit < WORTH_POLISHING and not attempt.grasp(0, self.options).feasible:
+        if attempt.merit < WORTH_POLISHING and not attempt.posed.feasible:
             self._least_squares(attempt, polish)
 
     def _reach_feasibility(self, attempt: Attempt) -> bool:

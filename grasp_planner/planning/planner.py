@@ -140,6 +140,7 @@ class _Search:
         self.cancelled = False
         self._nearest: tuple[float, Grasp] | None = None
         self.found = FoundGrasps()
+        self._worth_counting = count  # different grasps before which there can't be enough that are not alike
 
     @property
     def finished(self) -> bool:
@@ -150,14 +151,18 @@ class _Search:
         if self.closing and found.first_closing(most_force, gentle=True) is None:
             most = PATIENCE * enough
             return found.different >= most or found.count >= PATIENCE * most
-        return self.count == 1 or len(found.best(self.count, closing=False, most_force=most_force)) == self.count
+        if self.count > 1 and found.different >= self._worth_counting:
+            missing = self.count - len(found.best(self.count, closing=False, most_force=most_force))
+            self._worth_counting = found.different + missing
+        return self.count == 1 or self._worth_counting <= found.different
 
     def run(self, start: GraspStart | None) -> None:
         """Try starts, one that is given first, until enough grasps are found or the search has to end."""
         try:
             if start is None:
                 self._move_contacts()
-            starts = search_starts(self.problem, np.random.default_rng(self.seed), start, self.while_preparing)
+            rng, as_found = np.random.default_rng(self.seed), self.options.solver == "none"
+            starts = search_starts(self.problem, rng, start, self.while_preparing, neighbours=as_found)
             for index in range(self.options.starts):
                 self._try_start(index, next(starts))
                 if self.finished:
@@ -228,7 +233,7 @@ class _Search:
             time_s=time.perf_counter() - self.began,
             cancelled=self.cancelled,
         )
-        return replace(grasp, search=report)
+        return grasp.with_search(report)
 
     def _check_stop(self) -> None:
         """Leave the solver if cancelled or out of time."""

@@ -70,6 +70,8 @@ def search_starts(
     rng: np.random.Generator,
     first: GraspStart | None = None,
     check: Callable[[], None] = lambda: None,
+    *,
+    neighbours: bool = False,
 ) -> Iterator[GraspStart]:
     """Yield the starts of a search, without end.
 
@@ -82,6 +84,7 @@ def search_starts(
         rng: Source of random numbers.
         first: A start to begin with, as it is.
         check: Called at every evaluation of a preparation; may raise to stop.
+        neighbours: Whether, where forces come from springs, starts are also made near those that were found.
 
     Yields:
         Starts, ``first`` before all others.
@@ -92,7 +95,7 @@ def search_starts(
     elif not springs or not isinstance(problem.contact_model, HardFinger):
         yield standard_start(problem)
     if springs and isinstance(problem.contact_model, HardFinger):
-        yield from pooled_starts(problem, rng, check)
+        yield from pooled_starts(problem, rng, check, neighbours=neighbours)
     unprepared = FIRST_UNPREPARED
     while True:
         for _ in range(unprepared):

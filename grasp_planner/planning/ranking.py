@@ -7,13 +7,14 @@ import math
 import numpy as np
 
 from ..grasp.grasp import Grasp
+from ..spatial import Array
 
 SAME_PLACE, SAME_ANGLE = 1e-3, 5e-3
 """Distance of palms [m], of joint angles [rad] and of entries of the palms' rotations within which grasps are one."""
 ALIKE_ANGLE, ALIKE_PLACE = 0.05, 0.005
 """Root mean square distances of joint angles [rad] and of contact points [m] below which two grasps are alike."""
 MOST_KEPT = 256
-"""Different grasps that are kept; beyond them the worse half goes."""
+"""Different grasps that are kept; beyond them the best half of those no two of which are alike."""
 
 
 def feasible_rank(grasp: Grasp, most_force: float = math.inf) -> tuple[float, ...]:
@@ -43,17 +44,23 @@ def _excess(grasp: Grasp, most_force: float) -> float:
 
 def same_grasp(first: Grasp, second: Grasp) -> bool:
     """Return whether two grasps of a problem are one found twice."""
+    if np.abs(first.joint_angles - second.joint_angles).max() >= SAME_ANGLE:
+        return False
     place = float(np.linalg.norm(first.palm_pose.translation - second.palm_pose.translation))
     turned = float(np.abs(first.palm_pose.rotation - second.palm_pose.rotation).max())
-    bent = float(np.abs(first.joint_angles - second.joint_angles).max())
-    return place < SAME_PLACE and max(turned, bent) < SAME_ANGLE
+    return place < SAME_PLACE and turned < SAME_ANGLE
 
 
 def alike(first: Grasp, second: Grasp) -> bool:
     """Return whether two grasps of a problem are so near in posture and contact points that a user sees one."""
-    turn = np.sqrt(np.mean(np.square(first.joint_angles - second.joint_angles)))
-    apart = first.contacts.points - second.contacts.points
-    return bool(turn < ALIKE_ANGLE and np.sqrt(np.mean(np.sum(apart**2, axis=1))) < ALIKE_PLACE)
+    return near_alike(first.joint_angles - second.joint_angles, first.contacts.points - second.contacts.points)
+
+
+def near_alike(turn: Array, apart: Array) -> bool:
+    """Return whether differences of joint angles [rad], of shape (n_q,), and of points [m], (n_c, 3), are that small."""
+    if turn @ turn >= ALIKE_ANGLE**2 * turn.size:
+        return False
+    return bool(np.vdot(apart, apart) < ALIKE_PLACE**2 * len(apart))
 
 
 class FoundGrasps:
@@ -82,7 +89,7 @@ class FoundGrasps:
                 return
         self._different.append(grasp)
         if len(self._different) > MOST_KEPT:
-            self._different = self.ranked(most_force)[: MOST_KEPT // 2]
+            self._different = list(self.best(MOST_KEPT // 2, closing=False, most_force=most_force))
 
     def ranked(self, most_force: float = math.inf) -> list[Grasp]:
         """Return the different grasps, the best first."""

@@ -270,7 +270,7 @@ def _better(grasp: Grasp, other: Grasp) -> Grasp:
         evaluations=ours.evaluations + theirs.evaluations,
         time_s=ours.time_s + theirs.time_s,
     )
-    return replace(chosen, search=report)
+    return chosen.with_search(report)
 
 
 def _weighted(problem: GraspProblem, ratio: float) -> GraspProblem:
