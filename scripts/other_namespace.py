@@ -69,7 +69,7 @@ def print_rows() -> None:
     for text in OBJECTS:
         batched, rng = BatchedProblem(problem_of(text)), np.random.default_rng(0)
         states = random_states(batched, COMPARED, rng)
-        states = replace(states, forces=rng.normal(0.0, 2.0, states.forces.shape))
+        states = replace(states, forces=rng.normal(0.0, 2.0, states.forces.shape), most_force=np.full(COMPARED, 5.0))
         pairs = zip(batched.rows(states), jax.jit(batched.rows)(on_jax(states)), strict=True)
         for ours, theirs in pairs:
             value, slope = off(ours.value, theirs.value), off(ours.derivative, theirs.derivative)

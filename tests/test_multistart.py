@@ -63,6 +63,7 @@ def random_states(problem: gp.GraspProblem, rng: np.random.Generator, count: int
         np.array([start.palm_pose.rotation for start in starts]),
         np.array([start.palm_pose.translation for start in starts]),
         np.array([start.contact_forces @ start.palm_pose.rotation for start in starts]),
+        rng.uniform(1.0, 9.0, count),
     )
     return starts, states
 
@@ -93,10 +94,13 @@ def test_rows_equal_the_terms_where_joints_bend_each_other(rng):
 def compare_rows(problem, rng):
     starts, states = random_states(problem, rng, 4)
     found = {rows.name: rows for rows in BatchedProblem(problem).rows(states) if rows.value.size}
+    room = found.pop("most_force")
     terms = {term.name: term for term in problem_constraints(problem)}
     assert set(found) == {name for name in terms if terms[name].residual(problem, in_palm(problem, starts[0])[0]).size}
     for row, start in enumerate(starts):
         state, turn = in_palm(problem, start)
+        assert room.value[row] == pytest.approx(states.most_force[row] - state.force_norm, rel=1e-11)
+        assert room.derivative[row, 0] == pytest.approx(-state.d_force_norm @ turn, rel=1e-9, abs=1e-9)
         for key, rows in found.items():
             value, slope = rows.value[row], rows.derivative[row]
             expected, expected_slope = terms[key].residual(problem, state), terms[key].jacobian(problem, state) @ turn

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..objects import GraspObject
+from ..objects import GraspObject, SurfaceSample
 from ..problem.problem import GraspProblem
 from ..spatial import Array, namespace
 
@@ -34,17 +34,13 @@ def edge_reserve(grasp_object: GraspObject, points: Array, normals: Array) -> Ar
     Returns:
         (cos of the angle − cos LIMIT) / sin LIMIT, the angle left [rad] to first order at the limit, of shape (..., 3).
     """
-    offsets = _offsets(grasp_object, normals)
-    slope = grasp_object.gradients(points[..., None, None, :] + namespace(points).stack([offsets, -offsets], axis=-3))
-    outward = slope / namespace(slope).linalg.norm(slope, axis=-1, keepdims=True)
-    cosine = (outward[..., 0, :, :] * outward[..., 1, :, :]).sum(axis=-1)
-    return (cosine - np.cos(LIMIT)) / np.sin(LIMIT)
+    return _left(_outward(_around(grasp_object, points, normals).gradient)[0])
 
 
-def edge_reserve_slope(
+def edge_reserve_and_slope(
     grasp_object: GraspObject, points: Array, normals: Array, d_points: Array, d_normals: Array
-) -> Array:
-    """Return the derivatives of :func:`edge_reserve`.
+) -> tuple[Array, Array]:
+    """Return :func:`edge_reserve` and its derivatives.
 
     Args:
         grasp_object: The object.
@@ -54,29 +50,40 @@ def edge_reserve_slope(
         d_normals: Derivatives of the normals, of shape (..., n_g, 3).
 
     Returns:
-        Derivatives, of shape (..., 3, n_g).
+        The angles left, of shape (..., 3), and their derivatives, of shape (..., 3, n_g).
     """
-    xp, offsets = namespace(points), _offsets(grasp_object, normals)
-    found = grasp_object.field(points[..., None, None, :] + xp.stack([offsets, -offsets], axis=-3))
+    xp, found = namespace(points), _around(grasp_object, points, normals)
     # u = r (e − n nᵀe) for the three axes e; the points on both sides are c ± u.
     d_offsets = normals[..., :, None, None] * d_normals[..., None, :, :]
     d_offsets += d_normals.swapaxes(-1, -2)[..., None] * normals[..., None, None, :]
     d_offsets *= -_reach(grasp_object)
     d_around = d_points[..., None, None, :, :] + xp.stack([d_offsets, -d_offsets], axis=-4)
-    length = xp.linalg.norm(found.gradient, axis=-1, keepdims=True)
-    outward = found.gradient / length
+    outward, length = _outward(found.gradient)
     others = outward[..., ::-1, :, :]
     cosine = (outward * others).sum(axis=-1, keepdims=True)
     turn = (found.hessian @ ((others - cosine * outward) / length)[..., None])[..., 0]
     slope = (d_around @ turn[..., None])[..., 0].sum(axis=-3)
-    return slope / np.sin(LIMIT)
+    return _left(outward), slope / np.sin(LIMIT)
+
+
+def _around(grasp_object: GraspObject, points: Array, normals: Array) -> SurfaceSample:
+    """Return the object's field on both sides of contacts, of shapes (..., 2, 3) and more."""
+    offsets = _reach(grasp_object) * (np.eye(3) - normals[..., :, None] * normals[..., None, :])
+    return grasp_object.field(points[..., None, None, :] + namespace(points).stack([offsets, -offsets], axis=-3))
+
+
+def _outward(gradient: Array) -> tuple[Array, Array]:
+    """Return unit normals and the lengths they were divided by."""
+    length = namespace(gradient).linalg.norm(gradient, axis=-1, keepdims=True)
+    return gradient / length, length
+
+
+def _left(outward: Array) -> Array:
+    """Return the angles left between normals on both sides, of shape (..., 2, 3, 3)."""
+    cosine = (outward[..., 0, :, :] * outward[..., 1, :, :]).sum(axis=-1)
+    return (cosine - np.cos(LIMIT)) / np.sin(LIMIT)
 
 
 def _reach(grasp_object: GraspObject) -> float:
     """Return how far around a contact normals are compared [m]."""
     return REACH + grasp_object.blur
-
-
-def _offsets(grasp_object: GraspObject, normals: Array) -> Array:
-    """Return the vectors to the points on one side, in the tangent planes [m], of shape (..., 3, 3), one a row."""
-    return _reach(grasp_object) * (np.eye(3) - normals[..., :, None] * normals[..., None, :])

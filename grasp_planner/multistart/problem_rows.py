@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..evaluation.edge_reserve import edge_reserve, edge_reserve_slope, edges_count
+from ..evaluation.edge_reserve import edge_reserve_and_slope, edges_count
 from ..model.compliance import bent, softened
 from ..problem.cone_reserve import cone_reserve
 from ..problem.finger_share import shares_removed, wants_shares
@@ -134,8 +134,7 @@ class BatchedProblem:
         normals = (turned @ contacts.normals[..., None])[..., 0]
         still, turning = contacts.d_normals[:, :, :-3], contacts.d_normals[:, :, -3:] + skew(contacts.normals)
         leant = namespace(still).concatenate([still, turning], axis=2) @ turned.swapaxes(2, 3)
-        value = edge_reserve(problem.grasp_object, points, normals)
-        slope = edge_reserve_slope(problem.grasp_object, points, normals, moved, leant)
+        value, slope = edge_reserve_and_slope(problem.grasp_object, points, normals, moved, leant)
         derivative = side_by_side([slope.reshape(count, -1, slope.shape[3])], self.n_variables)
         return [Rows("edge", value.reshape(count, -1), derivative)]
 

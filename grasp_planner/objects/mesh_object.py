@@ -156,7 +156,12 @@ class MeshObject(GraspObject):
         return replace(self, size=factor * self.size, pressure_limit=soft)
 
     def coal_geometry(self) -> Any:
-        """Return the triangles as a coal geometry."""
+        """Return the triangles as a coal geometry, made once."""
+        return self._bounding_volumes
+
+    @cached_property
+    def _bounding_volumes(self) -> Any:
+        """The triangles in a tree of bounding volumes."""
         model = coal.BVHModelOBBRSS()
         model.beginModel(len(self.loaded.faces), len(self.loaded.vertices))
         model.addVertices(self.size * self.loaded.vertices)

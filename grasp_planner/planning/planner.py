@@ -14,6 +14,7 @@ from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from .attempt import Attempt, AttemptSolver
+from .neighbours import Neighbours
 from .off_stops import off_stops
 from .preparation import search_starts
 from .ranking import FoundGrasps, alike
@@ -140,6 +141,7 @@ class _Search:
         self.cancelled = False
         self._nearest: tuple[float, Grasp] | None = None
         self.found = FoundGrasps()
+        self.near: Neighbours | None = None
         self._worth_counting = count  # different grasps before which there can't be enough that are not alike
 
     @property
@@ -161,8 +163,10 @@ class _Search:
         try:
             if start is None:
                 self._move_contacts()
-            rng, as_found = np.random.default_rng(self.seed), self.options.solver == "none"
-            starts = search_starts(self.problem, rng, start, self.while_preparing, neighbours=as_found)
+            if self.options.solver == "none":
+                self.near = Neighbours(self.problem)
+            rng = np.random.default_rng(self.seed)
+            starts = search_starts(self.problem, rng, start, self.while_preparing, self.near)
             for index in range(self.options.starts):
                 self._try_start(index, next(starts))
                 if self.finished:
@@ -251,6 +255,8 @@ class _Search:
         grasp = attempt.grasp(self.seed, self.options)
         if grasp.is_feasible(FEASIBILITY_TOLERANCE):
             self.found.keep(grasp, self.solver.most_force)
+            if self.near is not None:
+                self.near.add(grasp)
         elif self._nearest is None or attempt.merit < self._nearest[0]:
             self._nearest = attempt.merit, grasp
         if self.result_callback is not None:

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from ..grasp.grasp import Grasp
-from ..spatial import Array
 
 SAME_PLACE, SAME_ANGLE = 1e-3, 5e-3
 """Distance of palms [m], of joint angles [rad] and of entries of the palms' rotations within which grasps are one."""
@@ -53,13 +52,10 @@ def same_grasp(first: Grasp, second: Grasp) -> bool:
 
 def alike(first: Grasp, second: Grasp) -> bool:
     """Return whether two grasps of a problem are so near in posture and contact points that a user sees one."""
-    return near_alike(first.joint_angles - second.joint_angles, first.contacts.points - second.contacts.points)
-
-
-def near_alike(turn: Array, apart: Array) -> bool:
-    """Return whether differences of joint angles [rad], of shape (n_q,), and of points [m], (n_c, 3), are that small."""
+    turn = first.joint_angles - second.joint_angles
     if turn @ turn >= ALIKE_ANGLE**2 * turn.size:
         return False
+    apart = first.contacts.points - second.contacts.points
     return bool(np.vdot(apart, apart) < ALIKE_PLACE**2 * len(apart))
 
 

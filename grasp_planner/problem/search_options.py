@@ -26,7 +26,8 @@ class PlannerOptions:
             for until one does; None: where forces come from springs and a solver works on them.
         solver: What solves phase two: ``slsqp``, or ``newton``, which goes on from there with second derivatives
             until the first-order conditions hold to 1e-7, at several times the time, or ``none``: feasible grasps are
-            taken as they are found, with whatever force they need, tens a second where nothing has to keep clear.
+            taken as they are found, where forces come from springs most of them near earlier ones and with less force,
+            a hundred a second where nothing has to keep clear.
     """
 
     starts: int = setting(40, "Most starts.", low=1, high=1e6, step=1)

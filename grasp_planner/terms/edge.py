@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..evaluation.edge_reserve import edge_reserve, edge_reserve_slope, edges_count
+from ..evaluation.edge_reserve import edge_reserve, edge_reserve_and_slope, edges_count
 from ..evaluation.state import GraspState
 from ..judge.posed_grasp import PosedGrasp
 from ..judge.surface_check import FOOTPRINT, SPREAD
@@ -34,7 +34,7 @@ class EdgeDistance(Constraint):
         """Return their derivatives."""
         geometry = state.geometry
         slopes = (np.swapaxes(slope, -1, -2) for slope in (geometry.d_points, geometry.d_normals))
-        rows = edge_reserve_slope(problem.grasp_object, geometry.points, geometry.normals, *slopes)
+        _, rows = edge_reserve_and_slope(problem.grasp_object, geometry.points, geometry.normals, *slopes)
         return padded(rows.reshape(-1, rows.shape[-1]), state.x.size)
 
     def violation(self, grasp: PosedGrasp) -> float:
