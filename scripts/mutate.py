@@ -49,7 +49,7 @@ MUTATIONS = (
     Mutation("terms/friction.py", "grasp.friction_margins.min()", "grasp.friction_margins.max()"),
     Mutation("terms/loads.py", "-grasp.load_check.friction)", "-grasp.load_check.friction - 1.0)"),
     Mutation("terms/loads.py", "grasp.load_check.largest_normal - ", "grasp.load_check.least_normal - "),
-    Mutation("terms/clearance.py", 'return penetration(grasp.clearances, "self_collision")', "return 0.0"),
+    Mutation("terms/clearance.py", 'return penetration(grasp.near_clearances, "self_collision")', "return 0.0"),
     Mutation(
         "grasp/grasp.py",
         "for found in self.violations.values()) and self.force_closed",

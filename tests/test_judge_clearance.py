@@ -7,6 +7,8 @@ import pinocchio as pin
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.hand.configuration import HandConfiguration
+from grasp_planner.judge.clearance_check import configuration_clearances
 from tests.judge_model import FINGERS, placed
 from tests.stored import stored
 from tests.test_judge import with_problem
@@ -214,3 +216,22 @@ def test_what_is_not_asked_for_does_not_count():
             assert not (set(names) - {name}) & set(asked)
     without = moved("clear", off, shift=(0.02, 0.0, -0.05), bend=bad).violations
     assert not set(names) & set(without)
+
+
+@pytest.mark.parametrize("text", ["cylinder:radius=0.03,height=0.15", "box:x=0.05,y=0.06,z=0.12"])
+def test_only_pairs_that_are_apart_are_left_out_of_the_near_ones(text, rng):
+    """Of random postures, many of them with overlaps: what is left out is clear, and of the others nothing differs."""
+    clearance = gp.ClearanceOptions(ground=-0.06)
+    problem = gp.GraspProblem(gp.load_hand("dlr_hit_ii_right"), gp.parse_object(text), clearance=clearance)
+    hand, overlaps = problem.hand, 0
+    for _ in range(10):
+        start = gp.random_start(problem, rng)
+        q = hand.lower + rng.random(hand.n_joints) * (hand.upper - hand.lower)
+        configuration = HandConfiguration(hand, q, start.palm_pose)
+        everything = configuration_clearances(problem, configuration)
+        near = configuration_clearances(problem, configuration, near=0.0)
+        assert set(near) <= set(everything)
+        assert len(near) < 0.6 * len(everything)
+        assert all(pair.distance > 0.0 for pair in set(everything) - set(near))
+        overlaps += sum(pair.distance < 0.0 for pair in near)
+    assert overlaps > 20

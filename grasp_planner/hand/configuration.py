@@ -48,7 +48,7 @@ class HandConfiguration(Value):
     @cached_property
     def joint_poses(self) -> tuple[Pose, ...]:
         """Poses of the joints in the order of the model; the first is that of the root."""
-        return tuple(self._placed(self._data.oMi))
+        return tuple(Pose.of_se3(self._root * placement) for placement in self._data.oMi)
 
     @cached_property
     def joint_poses_in_parents(self) -> tuple[Pose, ...]:
@@ -62,10 +62,14 @@ class HandConfiguration(Value):
     @cached_property
     def geometry_poses(self) -> tuple[Pose, ...]:
         """Poses of the collision geometries, in the order of the collision model."""
+        return tuple(Pose.of_se3(placement) for placement in self.geometry_placements())
+
+    def geometry_placements(self) -> list[Any]:
+        """Return what :attr:`geometry_poses` holds as new pin.SE3, for coal."""
         model, geometry = self.hand.model, self.hand.collision_model
         data = geometry.createData()
         pin.updateGeometryPlacements(model, self._data, geometry, data)
-        return tuple(self._placed(data.oMg))
+        return [self._root * placement for placement in data.oMg]
 
     @cached_property
     def joint_centres(self) -> Array:
@@ -133,7 +137,3 @@ class HandConfiguration(Value):
         pin.computeJointJacobians(self.hand.model, data, self.hand.full_configuration(self.q))
         pin.updateFramePlacements(self.hand.model, data)
         return data
-
-    def _placed(self, placements: Any) -> list[Pose]:
-        """Return poses in the root frame as poses in O."""
-        return [Pose.of_se3(self._root * placement) for placement in placements]

@@ -6,12 +6,14 @@ settings and which inner links touch with their sides.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import coal
 import numpy as np
+import pinocchio as pin
 
 from ..collision.coal_distances import ExactDistance
 from ..collision.link_shapes import inner_axes, link_shapes
@@ -74,38 +76,62 @@ def hand_clearances(problem: GraspProblem, q: Array, palm_in_object: Pose) -> tu
     return configuration_clearances(problem, HandConfiguration(problem.hand, q, palm_in_object))
 
 
-def configuration_clearances(problem: GraspProblem, configuration: HandConfiguration) -> tuple[Clearance, ...]:
-    """Return :func:`hand_clearances` of the problem's hand in O."""
+def configuration_clearances(
+    problem: GraspProblem, configuration: HandConfiguration, *, near: float = math.inf
+) -> tuple[Clearance, ...]:
+    """Return :func:`hand_clearances` of the problem's hand in O.
+
+    Args:
+        problem: Hand, object, contact set and the height of the ground.
+        configuration: The hand in O.
+        near: Pairs whose balls around them are farther apart than this are left out [m]; with 0 all that overlap
+            are there.
+    """
     hand, nearest = problem.hand, ExactDistance().nearest
     entries = list(hand.collision_model.geometryObjects)
     solids = [entry.geometry for entry in entries]
     links = [hand.model.frames[entry.parentFrame].name for entry in entries]
     joints = [int(entry.parentJoint) for entry in entries]
-    poses = [coal.Transform3s(pose.rotation, pose.translation) for pose in configuration.geometry_poses]
+    placements = configuration.geometry_placements()
+    poses = [coal.Transform3s(pose.rotation, pose.translation) for pose in placements]
     exempt_joints = {frame.joint_id for frame in problem.frames if frame.radius == 0.0}
     touching_joints = {frame.joint_id for frame in problem.frames}
     mesh_error = min(problem.grasp_object.solid.distance_error, TOLERATED)
     skin_joints = {frame.joint_id for frame in problem.frames if frame.patch is not None}
     solid, identity = problem.grasp_object.solid.coal_geometry(), coal.Transform3s()
+    centres, radii = _balls([*solids, solid], [*placements, pin.SE3.Identity()])
+    apart = np.linalg.norm(centres[:, None] - centres, axis=2) - radii[:, None] - radii > near
     found = []
-    for each, link, joint, pose in zip(solids, links, joints, poses, strict=True):
-        value, on_link, on_object = nearest(each, pose, solid, identity)
+    for row, (link, joint) in enumerate(zip(links, joints, strict=True)):
+        if apart[row, -1]:
+            continue
+        value, on_link, on_object = nearest(solids[row], poses[row], solid, identity)
         tolerated = (mesh_error if joint in touching_joints else 0.0) + (SKIN if joint in skin_joints else 0.0)
         pair = Clearance("link_object", link, "object", value, on_link, on_object, joint in exempt_joints, tolerated)
         found.append(pair)
     ignored = {frozenset(pair) for pair in hand.description.collision.ignore}
     for j, second in enumerate(solids):
-        for i, first in enumerate(solids[:j]):
+        for i in np.flatnonzero(~apart[j, :j]).tolist():
             if joints[i] == joints[j] or frozenset((links[i], links[j])) in ignored:
                 continue
-            value, on_a, on_b = nearest(first, poses[i], second, poses[j])
+            value, on_a, on_b = nearest(solids[i], poses[i], second, poses[j])
             found.append(Clearance("self_collision", links[i], links[j], value, on_a, on_b))
     if problem.clearance.ground is not None:
         ground = coal.Halfspace(np.array(problem.up), float(problem.clearance.ground))
-        for each, link, pose in zip(solids, links, poses, strict=True):
-            value, on_link, below = nearest(each, pose, ground, identity)
-            found.append(Clearance("ground", link, "ground", value, on_link, below))
+        heights = centres[:-1] @ problem.up - problem.clearance.ground - radii[:-1]
+        for row in np.flatnonzero(heights <= near).tolist():
+            value, on_link, below = nearest(solids[row], poses[row], ground, identity)
+            found.append(Clearance("ground", links[row], "ground", value, on_link, below))
     return tuple(found)
+
+
+def _balls(solids: Sequence[Any], placements: Sequence[Any]) -> tuple[Array, Array]:
+    """Return centres in O and radii of balls around solids at their places [m], of shapes (n, 3) and (n,)."""
+    for solid in solids:
+        if solid.aabb_radius < 0.0:  # not known yet
+            solid.computeLocalAABB()
+    centres = [placement.act(solid.aabb_center) for solid, placement in zip(solids, placements, strict=True)]
+    return np.array(centres), np.array([solid.aabb_radius for solid in solids])
 
 
 def least_distance(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Clearance | None:
@@ -139,11 +165,10 @@ def tip_overhang(problem: GraspProblem, configuration: HandConfiguration, normal
     """
     axes = configuration.last_link_vectors(problem.frames)
     inner, worst = problem.hand.model.parents.tolist()[1:], 0.0
-    poses = configuration.joint_poses
     for frame, axis, normal in zip(problem.frames, axes, normals, strict=True):
         length = float(np.linalg.norm(axis))
         if frame.patch is not None:
-            inside = poses[frame.joint_id].rotation.T @ normal
+            inside = configuration.joint_poses[frame.joint_id].rotation.T @ normal
             worst = np.maximum(worst, _beyond(frame.patch, inside))
         elif frame.joint_id not in inner and length > 1e-6:
             worst = np.maximum(worst, -float(normal @ axis) / length)

@@ -35,15 +35,8 @@ from .margins import (
 from .stability import Stability, grasp_stability
 from .surface_check import exact_contacts
 
-OF_POSTURE = (
-    "configuration",
-    "contacts",
-    "surface_contacts",
-    "grasp_matrix",
-    "hand_jacobian",
-    "stiffness",
-    "clearances",
-)
+OF_POSE = "configuration", "clearances", "near_clearances", "contacts", "surface_contacts"
+OF_POSTURE = *OF_POSE, "grasp_matrix", "hand_jacobian", "stiffness"
 """What follows from posture, palm pose and problem alone."""
 
 
@@ -290,9 +283,14 @@ class PosedGrasp(Value):
         """Exact distances of the hand from the object, from itself and from the ground, whether asked for or not."""
         return configuration_clearances(self.problem, self.configuration)
 
+    @cached_property
+    def near_clearances(self) -> tuple[Clearance, ...]:
+        """Those of :attr:`clearances` that may be overlaps: of solids the balls around which overlap."""
+        return configuration_clearances(self.problem, self.configuration, near=0.0)
+
     def overlap(self, kind: ClearanceKind) -> float:
         """Return the deepest overlap of a kind [m], whether it was to be avoided or not; 0 if there is none."""
-        return penetration(self.clearances, kind)
+        return penetration(self.near_clearances, kind)
 
     @cached_property
     def load_check(self) -> LoadCheck:

@@ -21,6 +21,8 @@ STOP_RESERVE = math.radians(2.1)
 """How far from its stops a joint is held [rad]: two degrees, and a little that a last correction may take."""
 MORE_ANGLE_DEG, MORE_TASK = 5.0, 2.0
 """Angle that a task may lose against its ellipsoid [degrees], and factor by which C may grow, for a free joint."""
+MOST_ITERATIONS, TOLERANCE = 60, 1e-4
+"""How long, and to what accuracy, the task is sought off the stops: what is found differs little, or not at all."""
 ROUNDING = 1e-3
 """Share of the reserve that counts as rounding."""
 
@@ -58,6 +60,8 @@ def _sought(grasp: Grasp, most_force: float, check: Callable[[], None]) -> Grasp
     z = solve_nlp(
         program.build("two", program.objective_scale(start), most_force, reserve=STOP_RESERVE),
         start,
+        max_iterations=MOST_ITERATIONS,
+        tolerance=TOLERANCE,
         callback=lambda _: check(),
     ).z
     moved = program.grasp(z, grasp.search)

@@ -64,7 +64,7 @@ class LinkObjectClearance(_Clearance):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the deepest overlap, beyond what the error of a mesh's distance excuses."""
-        return penetration(grasp.clearances, "link_object", tolerant=True)
+        return penetration(grasp.near_clearances, "link_object", tolerant=True)
 
 
 class JointCentreClearance(_Clearance):
@@ -98,7 +98,7 @@ class SelfClearance(_Clearance):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the deepest overlap."""
-        return penetration(grasp.clearances, "self_collision")
+        return penetration(grasp.near_clearances, "self_collision")
 
 
 class GroundClearance(_Clearance):
@@ -115,7 +115,7 @@ class GroundClearance(_Clearance):
 
     def violation(self, grasp: PosedGrasp) -> float:
         """Return the deepest overlap."""
-        return penetration(grasp.clearances, "ground")
+        return penetration(grasp.near_clearances, "ground")
 
 
 class TipPatch(_Selected):
