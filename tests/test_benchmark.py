@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+import grasp_planner as gp
+from grasp_planner.cli.bench_stages import STAGES, stage_names
 from grasp_planner.evaluation.state import StateEvaluator
 from grasp_planner.studies.benchmark import evaluation_speed, plan_cases
 from grasp_planner.studies.benchmark_problems import BenchmarkCase
@@ -68,8 +70,16 @@ def test_both_solvers_start_where_phase_two_does():
 
 def test_times_until_there_are_grasps_are_measured():
     times = grasp_times(BenchmarkCase(0, 15))
-    assert 0.0 < times.point < times.several
-    assert times.first > 0.0
+    assert 0.0 < times.point.seconds < times.several.seconds
+    assert times.first.seconds > 0.0
+    assert 0.0 < times.several.force <= times.point.force
+
+
+def test_stages_are_named_one_by_one():
+    assert stage_names(["optima"]) == ("optima",)
+    assert stage_names(["all"]) == STAGES
+    with pytest.raises(gp.NameNotFoundError, match="stage 'all'"):
+        stage_names(["optima", "all"])
 
 
 def test_throughput_counts_the_problems_once():

@@ -43,7 +43,14 @@ Group = tuple[str, str, int]
 )
 @click.option("--cpu-limit", type=float, default=10.0, show_default=True, help="Processor time for a problem [s].")
 @click.option("--workers", type=int, default=1, show_default=True, help="Worker processes.")
-@click.option("--stages", is_flag=True, help="Measure the stages of the search one by one, on the first combination.")
+@click.option(
+    "--stages",
+    is_flag=False,
+    flag_value="all",
+    default=None,
+    metavar="[NAMES]",
+    help="Measure stages of the search one by one: batches, optima, grasps, throughput, several with commas, or all.",
+)
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write every result as JSON.")
 def bench(
     hand: str,
@@ -58,7 +65,7 @@ def bench(
     solver: str,
     cpu_limit: float,
     workers: int,
-    stages: bool,
+    stages: str | None,
     json_file: Path | None,
 ) -> None:
     """Benchmark the planner: speed of an evaluation, and seeded random problems, each planned with one call.
@@ -85,14 +92,19 @@ def bench(
 
     for group in groups:
         case(0, *group).problem()  # mistakes show before the first search
+    if stages is not None:
+        from .bench_stages import stage_names
+
+        chosen = stage_names(parse_names(stages))
     console = Console()
     speeds = [benchmark.evaluation_speed(hand, n_s, clearance=on) for n_s in counts for on in {False, links}]
     console.print(_speed_table(speeds))
-    if stages:
+    if stages is not None:
         from .bench_stages import print_stages
 
-        first = [case(seed, *groups[0]) for seed in range(problems)]
-        print_stages(console, first, kinematics_ms=speeds[0].kinematics_ms, cpu_limit_s=cpu_limit)
+        for group in groups:
+            own = [case(seed, *group) for seed in range(problems)]
+            print_stages(console, own, chosen, kinematics_ms=speeds[0].kinematics_ms, cpu_limit_s=cpu_limit)
         return
     cases = [case(seed, *group) for group in groups for seed in range(problems)]
     solved = benchmark.plan_cases(cases, cpu_limit_s=cpu_limit, enough=enough, workers=workers, solver=solver)

@@ -12,41 +12,69 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from ..exceptions import NameNotFoundError
+
 if TYPE_CHECKING:
     from ..studies.benchmark_problems import BenchmarkCase
     from ..studies.benchmark_stages import BatchSpeed, GraspTimes, OptimalitySpeed, SolverRun, Throughput
 
+STAGES = ("batches", "optima", "grasps", "throughput")
+"""Stages that can be measured."""
 OPTIMAL = 1e-6
 """Stationarity below which a grasp counts as an optimum."""
-RATES = (("slsqp", 1), ("none", 1), ("none", 16))
+RATES = (("slsqp", 1), ("none", 1), ("none", 16), ("none", 64))
 """Solvers, and grasps asked of each problem, whose throughput is measured."""
 WORKERS = (1, 2)
 """Worker processes whose throughput is measured."""
 
 
-def print_stages(console: Console, cases: Sequence[BenchmarkCase], *, kinematics_ms: float, cpu_limit_s: float) -> None:
-    """Measure and print batches of starts, the way to an optimum, and throughput.
+def stage_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of stages; ``all`` alone stands for all of them.
+
+    Raises:
+        NameNotFoundError: If there is no such stage.
+    """
+    for name in names:
+        if name not in STAGES and tuple(names) != ("all",):
+            raise NameNotFoundError("stage", name, (*STAGES, "all"))
+    return STAGES if tuple(names) == ("all",) else tuple(names)
+
+
+def print_stages(
+    console: Console,
+    cases: Sequence[BenchmarkCase],
+    stages: Sequence[str],
+    *,
+    kinematics_ms: float,
+    cpu_limit_s: float,
+) -> None:
+    """Measure and print batches of starts, the way to an optimum, times until there are grasps, and throughput.
 
     Args:
         console: Where to.
         cases: Random problems of one group.
+        stages: Which of them.
         kinematics_ms: Time of bare kinematics, which batches are compared with [ms].
         cpu_limit_s: Processor time for each search [s].
     """
     from ..studies.benchmark_stages import batch_speeds, grasp_times, optimality_speed, throughput
 
-    hand, n_s = cases[0].hand, cases[0].n_synergies
-    console.print(_batch_table(list(batch_speeds(hand, n_s)), kinematics_ms))
-    found = [optimality_speed(case) for case in track(cases, "optima", console=console)]
-    console.print(_optimality_table([each for each in found if each is not None]))
-    times = [grasp_times(case) for case in track(cases, "grasps", console=console)]
-    console.print(_times_table(times))
-    rates = [
-        throughput(cases, workers, solver=solver, enough=enough, cpu_limit_s=cpu_limit_s)
-        for solver, enough in RATES
-        for workers in WORKERS
-    ]
-    console.print(_throughput_table(rates))
+    hand, n_s, kind = cases[0].hand, cases[0].n_synergies, cases[0].object_kind
+    console.print(f"{hand}, {n_s} synergies, {kind}")
+    if "batches" in stages:
+        console.print(_batch_table(list(batch_speeds(hand, n_s)), kinematics_ms))
+    if "optima" in stages:
+        found = [optimality_speed(case) for case in track(cases, "optima", console=console)]
+        console.print(_optimality_table([each for each in found if each is not None]))
+    if "grasps" in stages:
+        console.print(_times_table([grasp_times(case) for case in track(cases, "grasps", console=console)]))
+    if "throughput" in stages:
+        rates = [
+            throughput(cases, workers, solver=solver, enough=enough, cpu_limit_s=cpu_limit_s)
+            for solver, enough in RATES
+            for workers in WORKERS
+        ]
+        console.print(_throughput_table(rates))
 
 
 def _batch_table(speeds: Sequence[BatchSpeed], kinematics_ms: float) -> Table:
@@ -105,13 +133,17 @@ def _worse(mine: Sequence[SolverRun], theirs: Sequence[SolverRun]) -> int:
 
 
 def _times_table(times: Sequence[GraspTimes]) -> Table:
-    """Return the table of processor times until there are grasps."""
-    table = _table("processor time until there is", "", "median \\[s]", "longest \\[s]", "found")
-    names = {"a grasp, no solver": "point", "a grasp, SLSQP": "first", "the best of 16, no solver": "several"}
+    """Return the table of processor times until there are grasps, and of the force they take."""
+    columns = "", "median \\[s]", "longest \\[s]", "least F, median \\[N]", "found"
+    table = _table("different grasps: processor time, and the least F of one", *columns)
+    names = {"one, no solver": "point", "one, SLSQP": "first", "16, no solver": "several"}
     for heading, name in names.items():
-        found = [value for each in times if not math.isnan(value := getattr(each, name))]
-        middle, longest = (f"{pick(found):.2f}" if found else "–" for pick in (statistics.median, max))
-        table.add_row(heading, middle, longest, f"{len(found)}/{len(times)}")
+        found = [one for each in times if not math.isnan((one := getattr(each, name)).seconds)]
+        cells = ["–", "–", "–"]
+        if found:
+            spent, forces = [one.seconds for one in found], [one.force for one in found]
+            cells = [f"{value:.2f}" for value in (statistics.median(spent), max(spent), statistics.median(forces))]
+        table.add_row(heading, *cells, f"{len(found)}/{len(times)}")
     return table
 
 

@@ -99,18 +99,31 @@ class OptimalitySpeed:
 
 
 @dataclass(frozen=True)
+class Found:
+    """Grasps of a problem, each judged feasible; not a number where there are none.
+
+    Attributes:
+        seconds: Processor time until they were there [s].
+        force: F of the one that takes the least [N].
+    """
+
+    seconds: float
+    force: float
+
+
+@dataclass(frozen=True)
 class GraspTimes:
-    """Processor time until grasps of a problem are there, each judged feasible [s]; not a number where there is none.
+    """Grasps of a problem.
 
     Attributes:
         point: The first grasp as phase one found it.
         first: The first grasp that phase two is through with.
-        several: The best of 16 different grasps as phase one found them.
+        several: 16 different grasps as phase one found them.
     """
 
-    point: float
-    first: float
-    several: float
+    point: Found
+    first: Found
+    several: Found
 
 
 @dataclass(frozen=True)
@@ -238,15 +251,17 @@ def grasp_times(case: BenchmarkCase) -> GraspTimes:
     """
     problem, options, points = case.problem(), PlannerOptions(enough=1), PlannerOptions(enough=1, solver="none")
 
-    def spent(plan: Callable[[], Sequence[Grasp]], least: int = 1) -> float:
+    def found(plan: Callable[[], Sequence[Grasp]], least: int = 1) -> Found:
         began = time.process_time()
-        found = [grasp for grasp in plan() if grasp.feasible]
-        return time.process_time() - began if len(found) >= least else float("nan")
+        grasps = [grasp for grasp in plan() if grasp.feasible]
+        if len(grasps) < least:
+            return Found(float("nan"), float("nan"))
+        return Found(time.process_time() - began, min(grasp.force_norm for grasp in grasps))
 
     return GraspTimes(
-        point=spent(lambda: [plan_grasp(problem, seed=case.seed, options=points)]),
-        first=spent(lambda: [plan_grasp(problem, seed=case.seed, options=options)]),
-        several=spent(lambda: plan_grasps(problem, SEVERAL, seed=case.seed, options=points), SEVERAL),
+        point=found(lambda: [plan_grasp(problem, seed=case.seed, options=points)]),
+        first=found(lambda: [plan_grasp(problem, seed=case.seed, options=options)]),
+        several=found(lambda: plan_grasps(problem, SEVERAL, seed=case.seed, options=points), SEVERAL),
     )
 
 
