@@ -33,8 +33,8 @@ ROUNDS = 4
 """Starts of a measured pool, as a multiple of its width."""
 REPEATS = 5
 """Evaluations of a batch; the fastest counts."""
-SEVERAL = 16
-"""Different grasps of a problem from which the best is taken."""
+SEVERAL, TRIED = 16, 200
+"""Different grasps of a problem from which the best is taken, and the most starts they may take."""
 MOST_STARTS, NEARLY = 10, 1e-2
 """Starts from which phase two is tried, and the largest scaled violation of one that it is measured from."""
 CELLS, FINER = 100, 0.5
@@ -249,7 +249,8 @@ def grasp_times(case: BenchmarkCase) -> GraspTimes:
     Args:
         case: The problem.
     """
-    problem, options, points = case.problem(), PlannerOptions(enough=1), PlannerOptions(enough=1, solver="none")
+    problem, options = case.problem(), PlannerOptions(enough=1)
+    points = PlannerOptions(enough=1, solver="none", starts=TRIED)
 
     def found(plan: Callable[[], Sequence[Grasp]], least: int = 1) -> Found:
         began = time.process_time()
