@@ -7,7 +7,7 @@ import platform
 import statistics
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,8 @@ from ..problem.search_options import PlannerOptions
 from ..processes import JobContext, JobFunction, answers_in_order
 from .benchmark_problems import BenchmarkCase
 
+STARTS_EACH = 4
+"""Starts for each grasp that is asked for, where the planner's own limit would be less."""
 APART = 1e-7
 """How far apart the states of one measurement are, in every variable."""
 
@@ -129,12 +131,12 @@ def plan_case(case: BenchmarkCase, cpu_limit_s: float, enough: int, solver: str 
     Returns:
         The result.
     """
-    problem = case.problem()
+    problem, options = case.problem(), PlannerOptions(enough=enough, solver=solver)
     began = time.process_time()
     grasp = plan_grasp(
         problem,
         seed=case.seed,
-        options=PlannerOptions(enough=enough, solver=solver),
+        options=replace(options, starts=max(options.starts, STARTS_EACH * enough)),
         cancel=lambda: time.process_time() - began > cpu_limit_s,
     )
     cpu_s = time.process_time() - began
