@@ -283,12 +283,15 @@ class RestSolver:
 def _moved(state: RestState, d_q: Array, d_f: Array, twist: Array) -> RestState:
     """Return a state after a step; the forces do not turn with it."""
     turn = rotation_exp(twist[3:])
-    return replace(
-        state,
-        q=state.q + d_q,
-        forces=state.forces + d_f,
-        rotation=turn @ state.rotation,
-        translation=turn @ state.translation + twist[:3],
+    return RestState(
+        state.q + d_q,
+        turn @ state.rotation,
+        turn @ state.translation + twist[:3],
+        state.forces + d_f,
+        state.centres,
+        state.gaps,
+        state.normals,
+        state.slips,
     )
 
 

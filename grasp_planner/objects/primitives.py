@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import coal
@@ -91,7 +92,7 @@ class Cylinder(GraspObject):
         if self.caps not in (0, 1):
             raise InvalidValueError("object cylinder.caps", self.caps, "0 or 1")
 
-    @property
+    @cached_property
     def solid(self) -> GraspObject:
         """The cylinder with its caps."""
         return self if self.caps else replace(self, caps=1)
