@@ -31,10 +31,10 @@ class Neighbours:
 
     def add(self, grasp: Grasp) -> None:
         """Remember a feasible grasp; if there are too many, forget the one that takes the most force."""
-        near = [each for each in self._grasps if alike(grasp, each)]
-        if any(each.force_norm <= grasp.force_norm for each in near):
+        pairs = [(each, alike(grasp, each)) for each in self._grasps]
+        if any(same and each.force_norm <= grasp.force_norm for each, same in pairs):
             return
-        kept = [each for each in self._grasps if each not in near]
+        kept = [each for each, same in pairs if not same]
         self._grasps = sorted([*kept, grasp], key=lambda each: each.force_norm)[:MOST_PARENTS]
 
     def states(self, number: int, rng: np.random.Generator) -> States:
