@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ..multistart.problem_rows import BatchedProblem
 from ..multistart.states import States
 from ..problem.problem import GraspProblem
 from ..spatial import Pose
+from .near_states import NearStates
 from .starts import GraspStart, random_start, standard_start
 
 PRESSING = 2.0
@@ -21,6 +23,12 @@ WIDTH = 24
 """States at a time: wide enough to share the interpreter's cost, narrow enough for a first grasp soon."""
 ROUND = 240
 """Most starts of a round."""
+SCARCE = 4
+"""Force-closed states in a round below which later rounds begin near what came nearest in it too."""
+AGAIN = 0.75
+"""Share of their starts that then do."""
+NEAR, HANDED = 0.1, 3
+"""Cost below which a state that was dropped may yet become feasible by a better solver, and how many are handed on."""
 
 
 def pooled_starts(
@@ -34,15 +42,19 @@ def pooled_starts(
         check: Called for every state evaluated; may raise to stop.
 
     Yields:
-        Starts, without end; after every round that finds nothing force-closed those that came nearest, or if none came
-        near, a random one as it is.
+        Starts, without end; after every round that finds nothing force-closed what is that came nearest, or if nothing
+        came near, a random one as it is. Where little is found, most starts of the next rounds are what came nearest,
+        moved at random.
     """
     batched = BatchedProblem(problem)
-    waiting = [standard_start(problem)]
+    waiting, near = [standard_start(problem)], NearStates(problem)
 
     def make(number: int) -> States:
-        starts = [waiting.pop() if waiting else random_start(problem, rng) for _ in range(number)]
-        return pressing_states(batched, starts)
+        again = int(rng.binomial(number, AGAIN)) if len(near) else 0
+        starts = [waiting.pop() if waiting else random_start(problem, rng) for _ in range(number - again)]
+        states = [pressing_states(batched, starts)] if starts else []
+        moved = [near.moved(again, rng)] if again else []
+        return reduce(States.joined, states + moved)
 
     while True:
         pool, closed = Pool(batched, WIDTH), 0
@@ -50,11 +62,15 @@ def pooled_starts(
             if force_closed(batched, found):
                 closed += 1
                 yield start_of(found, problem.n_synergies)
+        if closed >= SCARCE:
+            continue
+        nearest = [each for each in pool.nearest if force_closed(batched, each[1])]
+        near.learn(nearest)
         if closed:
             continue
-        for _, near in pool.nearest:
-            yield start_of(near, problem.n_synergies)
-        if not pool.nearest:
+        handed = [state for cost, state in nearest[:HANDED] if cost < NEAR]
+        yield from (start_of(state, problem.n_synergies) for state in handed)
+        if not handed:
             yield random_start(problem, rng)
 
 
