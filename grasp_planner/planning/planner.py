@@ -139,6 +139,7 @@ class _Search:
         self.stopped = False
         self.cancelled = False
         self._nearest: tuple[float, Grasp] | None = None
+        self._last_resort: Grasp | None = None
         self.found = FoundGrasps()
 
     @property
@@ -191,9 +192,27 @@ class _Search:
             attempt.message = str(error)
         self.evaluations += attempt.program.evaluations
         self._keep(attempt)
+        wanted = not self.found.count and self._last_resort is None and not self.stopped
+        if wanted and attempt.settled is not None:
+            self._keep_settled(attempt)
+
+    def _keep_settled(self, attempt: Attempt) -> None:
+        """Keep where phase two began, if that is feasible: phase two may leave contacts that are not force-closed."""
+        before = attempt.program.evaluations
+        try:
+            self.solver.go_back(attempt)
+            grasp = attempt.grasp(self.seed, self.options)
+            self._last_resort = grasp if grasp.is_feasible(FEASIBILITY_TOLERANCE) else None
+        except _Stop:
+            self.stopped = True
+        except (ValueError, FloatingPointError, np.linalg.LinAlgError):
+            pass  # no grasp there
+        self.evaluations += attempt.program.evaluations - before
 
     def best(self) -> tuple[Grasp, ...]:
         """Return the best grasps with the report of the whole search."""
+        if not self.found.count and self._last_resort is not None:
+            self.found.keep(self._last_resort)
         found = self.found.best(self.count, closing=self.closing, most_force=self.solver.most_force)
         if not found:
             assert self._nearest is not None
