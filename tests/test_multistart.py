@@ -228,7 +228,9 @@ def test_what_came_near_is_tried_when_nothing_is_found(rng, monkeypatch):
     """The pool remembers the nearest states that it drops; a round without any feasible one hands on these."""
     problem = make_problem("point cylinder", loads=gp.LoadCases())
     monkeypatch.setattr(pool_room, "SOLVED", 0.0)
-    monkeypatch.setattr(pool_room, "NEAR", np.inf)
+    monkeypatch.setattr(pool_room, "REMEMBERED", 4)
+    monkeypatch.setattr(pooled_room, "NEARLY", np.inf)
+    monkeypatch.setattr(pooled_room, "force_closed", lambda batched, found: True)
     pool = Pool(BatchedProblem(problem), 8)
     starts = [gp.random_start(problem, rng) for _ in range(8)]
     assert list(pool.search(lambda _: pressing_states(pool.batched, starts), 8, lambda: None)) == []
@@ -236,8 +238,8 @@ def test_what_came_near_is_tried_when_nothing_is_found(rng, monkeypatch):
     assert len(costs) == pool_room.REMEMBERED and costs == sorted(costs)
     monkeypatch.setattr(pooled_room, "ROUND", 8)
     handed = pooled_starts(problem, rng)
-    assert all(next(handed).prepared for _ in range(pool_room.REMEMBERED))
-    monkeypatch.setattr(pool_room, "NEAR", 0.0)
+    assert all(next(handed).prepared for _ in range(pooled_room.HANDED))
+    monkeypatch.setattr(pooled_room, "NEARLY", 0.0)
     assert not next(pooled_starts(problem, rng)).prepared
 
 

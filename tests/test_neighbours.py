@@ -8,7 +8,7 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.multistart.pool import Pool
 from grasp_planner.multistart.problem_rows import BatchedProblem
-from grasp_planner.planning.neighbours import LESS_FORCE, Neighbours
+from grasp_planner.planning.neighbours import LESS_FORCE, NearGrasps
 from grasp_planner.planning.planner import plan_grasps
 from grasp_planner.planning.ranking import alike
 from grasp_planner.problem.search_options import PlannerOptions
@@ -29,7 +29,7 @@ def grasps(problem) -> tuple[gp.Grasp, ...]:
 
 
 def test_a_start_is_near_a_grasp_along_its_synergies(problem, grasps, rng):
-    near = Neighbours(problem)
+    near = NearGrasps(problem)
     near.add(grasps[0])
     states = near.states(200, rng)
     bend = states.joints - grasps[0].joint_angles
@@ -46,32 +46,33 @@ def test_a_start_is_near_a_grasp_along_its_synergies(problem, grasps, rng):
 
 
 def test_what_is_found_from_there_takes_no_more_than_it_may(problem, grasps, rng):
-    near, batched = Neighbours(problem), BatchedProblem(problem)
+    near, batched = NearGrasps(problem), BatchedProblem(problem)
     for grasp in grasps:
         near.add(grasp)
     found = list(Pool(batched, 16).search(lambda number: near.states(number, rng), 64, lambda: None))
     assert len(found) > 20
-    assert all(batched.contacts(each).force_norm[0] <= each.most_force[0] for each in found)
-    assert min(batched.contacts(each).force_norm[0] for each in found) < min(grasp.force_norm for grasp in grasps)
+    forces = [batched.contacts(each).force_norm[0] for each in found]
+    assert all(force <= each.most_force[0] for force, each in zip(forces, found, strict=True))
+    assert np.median(forces) < np.median([grasp.force_norm for grasp in grasps])
 
 
 def test_of_grasps_that_are_alike_the_one_with_the_least_force_is_remembered(problem, grasps, monkeypatch):
-    near = Neighbours(problem)
+    near = NearGrasps(problem)
     for grasp in (*grasps, *grasps):
         near.add(grasp)
     assert len(near) == len(grasps)
     forces = sorted(grasp.force_norm for grasp in grasps)
     worse = gp.Grasp(problem, grasps[0].joint_angles, grasps[0].palm_pose, grasps[0].delta_sigma, 2 * grasps[0].forces)
     near.add(worse)
-    alone = Neighbours(problem)
+    alone = NearGrasps(problem)
     alone.add(worse)
     alone.add(grasps[0])
     for each, expected in ((near, min(forces)), (alone, grasps[0].force_norm)):
         asked = each.states(300, np.random.default_rng(0)).most_force
         assert LESS_FORCE[0] * expected <= asked.min() < 0.7 * expected
     assert len(alone) == 1
-    monkeypatch.setattr("grasp_planner.planning.neighbours.MOST_PARENTS", 3)
-    few = Neighbours(problem)
+    monkeypatch.setattr("grasp_planner.planning.neighbours.MOST_GRASPS", 3)
+    few = NearGrasps(problem)
     for grasp in grasps:
         few.add(grasp)
     assert len(few) == 3

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.planning.attempt import AttemptSolver
 from grasp_planner.studies.benchmark import plan_case
 from grasp_planner.studies.benchmark_problems import BenchmarkCase
 
@@ -183,3 +184,23 @@ def test_without_a_solver_grasps_are_taken_as_they_are_found(law, n_synergies):
     assert not any("closing" in vars(grasp) for grasp in found)
     best = gp.plan_grasp(problem, seed=1, options=replace(options, enough=6))
     assert best.search.least_force <= best.force_norm <= 1.5 * best.search.least_force * (1.0 + 1e-9)
+
+
+def test_what_phase_one_found_is_not_lost(right, monkeypatch):
+    """Where phase two spoils every start, a feasible point that one of them began from is the grasp."""
+    problem = gp.GraspProblem(
+        right, gp.Cylinder(radius=0.03, height=0.15, mass=0.2), clearance=gp.ClearanceOptions.off()
+    )
+    run = AttemptSolver._run
+
+    def spoiled(self, attempt, phase):
+        if phase == "one":
+            return run(self, attempt, phase)
+        attempt.z = attempt.z + 1.0
+        return None
+
+    monkeypatch.setattr(AttemptSolver, "_run", spoiled)
+    grasp = gp.plan_grasp(problem, options=gp.PlannerOptions(starts=3))
+    assert grasp.feasible
+    assert grasp.search.starts_feasible == 1
+    assert grasp.search.starts_tried == 3

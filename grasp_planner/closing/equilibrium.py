@@ -283,16 +283,8 @@ class RestSolver:
 def _moved(state: RestState, d_q: Array, d_f: Array, twist: Array) -> RestState:
     """Return a state after a step; the forces do not turn with it."""
     turn = rotation_exp(twist[3:])
-    return RestState(
-        state.q + d_q,
-        turn @ state.rotation,
-        turn @ state.translation + twist[:3],
-        state.forces + d_f,
-        state.centres,
-        state.gaps,
-        state.normals,
-        state.slips,
-    )
+    translation, kept = turn @ state.translation + twist[:3], (state.centres, state.gaps, state.normals, state.slips)
+    return RestState(state.q + d_q, turn @ state.rotation, translation, state.forces + d_f, *kept)
 
 
 def _turn(rotation: Array) -> Array:

@@ -27,8 +27,8 @@ LONGEST_TURN = 0.5
 """Largest step of an angle [rad]."""
 SOLVED = 1e-6
 """Largest weighted residual of equalities and violation of inequalities of a state that is found."""
-NEAR, REMEMBERED = 0.1, 3
-"""Cost below which a dropped state may yet become feasible by a better solver, and how many of these are remembered."""
+REMEMBERED = 60
+"""How many dropped states are remembered, those that came nearest to feasible."""
 REFILL = 8
 """The pool is refilled when one part in so many of it is free."""
 FIRST, MOST_BYTES, COPIES = 64, 2e9, 8
@@ -149,7 +149,7 @@ class Pool:
         """Count dropped states, and keep those that came nearest to feasible."""
         self.count.dropped += len(dropped.states)
         cost = np.asarray(dropped.cost)
-        near = [(float(cost[row]), dropped.states.take(np.array([row]))) for row in np.flatnonzero(cost < NEAR)]
+        near = [(float(cost[row]), dropped.states.take(np.array([row]))) for row in range(len(cost))]
         self.nearest = sorted([*self.nearest, *near], key=lambda each: each[0])[:REMEMBERED]
 
     def _filled(self, make: Callable[[int], States], number: int) -> _Rows:

@@ -44,6 +44,7 @@ class Attempt:
         message: The solver's last words.
         objective_scale: Factor of the objective in phase two.
         history: What the iterations were like.
+        settled: Where it stood when phase two began; None before.
     """
 
     index: int
@@ -54,6 +55,7 @@ class Attempt:
     message: str = ""
     objective_scale: float = 1.0
     history: list[IterationRecord] = field(default_factory=list)
+    settled: Array | None = None
     _posed: tuple[Array, Grasp] | None = None
 
     @classmethod
@@ -156,10 +158,17 @@ class AttemptSolver:
             phase_one = self.problem.clearance.needs_geometry or few or not weighted
         if phase_one and not self._reach_feasibility(attempt):
             return False
+        attempt.settled = np.array(attempt.z)
         attempt.objective_scale = attempt.program.objective_scale(attempt.z)
         if not weighted:
             self._seek_little_force(attempt)
         return True
+
+    def go_back(self, attempt: Attempt) -> None:
+        """Move an attempt back to where phase two began, if it did, and remove what little violation is left there."""
+        if attempt.settled is not None:
+            attempt.z = np.array(attempt.settled)
+            self._polish(attempt)
 
     def program_of(self, attempt: Attempt, phase: Phase) -> NonlinearProgram:
         """Return the program of a phase from where an attempt stands."""

@@ -14,7 +14,7 @@ from ..grasp.grasp import FEASIBILITY_TOLERANCE, Grasp, IterationRecord
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from .attempt import Attempt, AttemptSolver
-from .neighbours import Neighbours
+from .neighbours import NearGrasps
 from .off_stops import off_stops
 from .preparation import search_starts
 from .ranking import FoundGrasps, alike
@@ -140,8 +140,9 @@ class _Search:
         self.stopped = False
         self.cancelled = False
         self._nearest: tuple[float, Grasp] | None = None
+        self._last_resort: Grasp | None = None
         self.found = FoundGrasps()
-        self.near: Neighbours | None = None
+        self._near: NearGrasps | None = None
         self._worth_counting = count  # different grasps before which there can't be enough that are not alike
 
     @property
@@ -164,9 +165,9 @@ class _Search:
             if start is None:
                 self._move_contacts()
             if self.options.solver == "none":
-                self.near = Neighbours(self.problem)
+                self._near = NearGrasps(self.problem)
             rng = np.random.default_rng(self.seed)
-            starts = search_starts(self.problem, rng, start, self.while_preparing, self.near)
+            starts = search_starts(self.problem, rng, start, self.while_preparing, self._near)
             for index in range(self.options.starts):
                 self._try_start(index, next(starts))
                 if self.finished:
@@ -200,9 +201,27 @@ class _Search:
             attempt.message = str(error)
         self.evaluations += attempt.program.evaluations
         self._keep(attempt)
+        wanted = not self.found.count and self._last_resort is None and not self.stopped
+        if wanted and attempt.settled is not None:
+            self._keep_settled(attempt)
+
+    def _keep_settled(self, attempt: Attempt) -> None:
+        """Keep where phase two began, if that is feasible: phase two may leave contacts that are not force-closed."""
+        before = attempt.program.evaluations
+        try:
+            self.solver.go_back(attempt)
+            grasp = attempt.grasp(self.seed, self.options)
+            self._last_resort = grasp if grasp.is_feasible(FEASIBILITY_TOLERANCE) else None
+        except _Stop:
+            self.stopped = True
+        except (ValueError, FloatingPointError, np.linalg.LinAlgError):
+            pass  # no grasp there
+        self.evaluations += attempt.program.evaluations - before
 
     def best(self) -> tuple[Grasp, ...]:
         """Return the best grasps with the report of the whole search."""
+        if not self.found.count and self._last_resort is not None:
+            self.found.keep(self._last_resort)
         found = self.found.best(self.count, closing=self.closing, most_force=self.solver.most_force)
         if not found:
             assert self._nearest is not None
@@ -255,8 +274,8 @@ class _Search:
         grasp = attempt.grasp(self.seed, self.options)
         if grasp.is_feasible(FEASIBILITY_TOLERANCE):
             self.found.keep(grasp, self.solver.most_force)
-            if self.near is not None:
-                self.near.add(grasp)
+            if self._near is not None:
+                self._near.add(grasp)
         elif self._nearest is None or attempt.merit < self._nearest[0]:
             self._nearest = attempt.merit, grasp
         if self.result_callback is not None:

@@ -13,7 +13,7 @@ from ..multistart.problem_rows import BatchedProblem
 from ..multistart.states import States
 from ..problem.problem import GraspProblem
 from ..spatial import Pose
-from .neighbours import Neighbours
+from .neighbours import NearGrasps, NearStates, StartsNear
 from .starts import GraspStart, random_start, standard_start
 
 PRESSING = 2.0
@@ -22,15 +22,19 @@ WIDTH = 24
 """States at a time: wide enough to share the interpreter's cost, narrow enough for a first grasp soon."""
 ROUND = 240
 """Most starts of a round."""
-FRESH = 0.15
-"""Share of random starts where there are grasps to start near."""
+NEAR_FOUND, NEAR_MISSED = 0.85, 0.75
+"""Share of starts that are made near grasps that were found, or else near what came nearest, where there are any."""
+SCARCE = 4
+"""Force-closed states in a round below which starts are made near what came nearest in it too."""
+NEARLY, HANDED = 0.1, 3
+"""Cost below which a state that was dropped may yet become feasible by a better solver, and how many are handed on."""
 
 
 def pooled_starts(
     problem: GraspProblem,
     rng: np.random.Generator,
     check: Callable[[], None] = lambda: None,
-    near: Neighbours | None = None,
+    grasps: NearGrasps | None = None,
 ) -> Iterator[GraspStart]:
     """Yield starts that meet every requirement, or nearly so: clearances of boxes and meshes are coarse here.
 
@@ -38,25 +42,23 @@ def pooled_starts(
         problem: A problem whose forces come from springs.
         rng: Source of random numbers.
         check: Called for every state evaluated; may raise to stop.
-        near: Grasps near which most starts are made as soon as there are any.
+        grasps: Grasps near which most starts are made as soon as there are any.
 
     Yields:
-        Starts, without end; after every round that finds nothing force-closed those that came nearest, or if none came
-        near, a random one as it is.
+        Starts, without end; after every round that finds nothing force-closed what is that came nearest, or if nothing
+        came near, a random one as it is. Where little is found, most starts of the next rounds are near what came
+        nearest.
     """
     batched = BatchedProblem(problem)
-    waiting = [standard_start(problem)]
-
-    def fresh(number: int) -> States:
-        starts = [waiting.pop() if waiting else random_start(problem, rng) for _ in range(number)]
-        return pressing_states(batched, starts)
+    waiting, missed = [standard_start(problem)], NearStates(problem)
 
     def make(number: int) -> States:
-        if near is None or not len(near):
-            return fresh(number)
-        random = int((rng.random(number) < FRESH).sum())
-        parts = [fresh(random)] if random else []
-        first, *others = [*parts, near.states(number - random, rng)] if random < number else parts
+        near: StartsNear = grasps if grasps else missed
+        share = NEAR_FOUND if near is grasps else NEAR_MISSED
+        again = int(rng.binomial(number, share)) if near else 0
+        starts = [waiting.pop() if waiting else random_start(problem, rng) for _ in range(number - again)]
+        fresh = [pressing_states(batched, starts)] if starts else []
+        first, *others = [*fresh, near.states(again, rng)] if again else fresh
         return first.joined(*others)
 
     while True:
@@ -65,11 +67,15 @@ def pooled_starts(
             if force_closed(batched, found):
                 closed += 1
                 yield start_of(found, problem.n_synergies)
+        if closed >= SCARCE:
+            continue
+        nearest = [each for each in pool.nearest if force_closed(batched, each[1])]
+        missed.add(nearest)
         if closed:
             continue
-        for _, each in pool.nearest:
-            yield start_of(each, problem.n_synergies)
-        if not pool.nearest:
+        handed = [state for cost, state in nearest[:HANDED] if cost < NEARLY]
+        yield from (start_of(state, problem.n_synergies) for state in handed)
+        if not handed:
             yield random_start(problem, rng)
 
 

@@ -20,7 +20,7 @@ from ..problem.problem import GraspProblem
 from ..problem.term import RADIAN
 from ..spatial import Array
 from .least_squares import restore_feasibility
-from .neighbours import Neighbours
+from .neighbours import NearGrasps
 from .phase_one import no_margin, pressing, weighted_residuals, wide_margin
 from .pooled_starts import pooled_starts
 from .program import JOINT_SCALE, GraspProgram
@@ -71,7 +71,7 @@ def search_starts(
     rng: np.random.Generator,
     first: GraspStart | None = None,
     check: Callable[[], None] = lambda: None,
-    near: Neighbours | None = None,
+    grasps: NearGrasps | None = None,
 ) -> Iterator[GraspStart]:
     """Yield the starts of a search, without end.
 
@@ -84,7 +84,7 @@ def search_starts(
         rng: Source of random numbers.
         first: A start to begin with, as it is.
         check: Called at every evaluation of a preparation; may raise to stop.
-        near: Grasps near which, where forces come from springs, most starts are made as soon as there are any.
+        grasps: Grasps near which, where forces come from springs, most starts are made as soon as there are any.
 
     Yields:
         Starts, ``first`` before all others.
@@ -95,7 +95,7 @@ def search_starts(
     elif not springs or not isinstance(problem.contact_model, HardFinger):
         yield standard_start(problem)
     if springs and isinstance(problem.contact_model, HardFinger):
-        yield from pooled_starts(problem, rng, check, near)
+        yield from pooled_starts(problem, rng, check, grasps)
     unprepared = FIRST_UNPREPARED
     while True:
         for _ in range(unprepared):
