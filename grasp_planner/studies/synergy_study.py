@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..checks import positive, positive_whole
 from ..exceptions import InvalidValueError
+from ..grasp.grasp import Grasp
 from ..hand.loading import load_hand
 from ..planning.planner import plan_grasp
 from ..problem.load_cases import LoadCases
@@ -20,7 +21,7 @@ from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..processes import Job, JobContext, JobFunction
-from ..simulate import Protocol, find_protocol, simulate_grasp, survival
+from ..simulate import Protocol, Survival, find_protocol, simulate_grasp, survival
 from .benchmark_problems import BenchmarkCase, object_kinds, on_table
 from .study_folder import check_same_study
 from .study_margins import grasp_as_simulated, static_margins
@@ -58,7 +59,8 @@ class StudySettings:
         time_limit_s: Longest search, wall time [s]; None for no limit.
         cpu_limit_s: Longest search, processor time [s]; None for no limit.
         errors: Samples of each row of random errors with which every grasp closes once more
-            (:func:`~grasp_planner.simulate.survival`); 0 for none of this.
+            (:func:`~grasp_planner.simulate.survival`), around an object that is handed over where that is the
+            protocol and around a free one otherwise; 0 for none of this.
         table: Whether objects stand on a table, which plans keep clear of.
         joint_compliance: C_q of every joint [rad/(N m)]; the standard's if None.
         paper: Whether plans are the paper's: forces by (17), weighed against the task.
@@ -179,8 +181,16 @@ def study_case(settings: StudySettings, key: Key) -> StudyRow:
         rest_displacement=None if rest is None else rest.displacement,
         normal_force_error=None if rest is None else rest.normal_force_error,
         margins=static_margins(grasp_as_simulated(found)),
-        survival=survival(grasp, seed=key[-1], samples=settings.errors) if settings.errors else None,
+        survival=_survival(grasp, settings, key[-1]),
     )
+
+
+def _survival(grasp: Grasp, settings: StudySettings, seed: int) -> tuple[Survival, ...] | None:
+    """Return what of a grasp survives errors, None if that is not studied."""
+    if not settings.errors:
+        return None
+    protocol = find_protocol("handed" if settings.protocol == "handed" else "free")
+    return survival(grasp, seed=seed, samples=settings.errors, protocol=protocol)
 
 
 def run_study(
