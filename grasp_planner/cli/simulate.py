@@ -63,6 +63,7 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
 @click.option("--mass", type=float, default=None, help="Mass of the object [kg] [default: the protocol's].")
 @click.option("--friction", type=float, default=None, help="Coefficient of friction [default: the protocol's].")
 @click.option("--force", type=float, default=None, help="Force of each push [N] [default: the protocol's].")
+@click.option("--firmness", type=float, help="Times the planned efforts motors squeeze with [default: the protocol's].")
 @click.option("--ladder/--no-ladder", default=True, show_default=True, help="Look for the load at failure.")
 @click.option(
     "--errors",
@@ -85,6 +86,7 @@ def simulate(
     mass: float | None,
     friction: float | None,
     force: float | None,
+    firmness: float | None,
     ladder: bool,
     samples: int | None,
     out: Path | None,
@@ -100,6 +102,7 @@ def simulate(
     Exit code 0: all six forces were held; 3: not; 2: wrong usage.
     """
     given: dict[str, Any] = {"mass": mass, "friction": friction, "force": force, "geometry": geometry}
+    given["firmness"] = firmness
     protocol = replace(find_protocol(name), **{key: value for key, value in given.items() if value is not None})
     if (result is None) == (run_folder is None):
         raise click.UsageError("Give either RESULT or --run.")
@@ -115,7 +118,9 @@ def simulate(
     if not grasp.feasible:
         console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
     if samples is not None:
-        sys.exit(_print_survival(console, grasp, samples, find_protocol("handed" if name == "handed" else "free")))
+        closing = find_protocol("handed" if name == "handed" else "free")
+        closing = closing if firmness is None else replace(closing, firmness=firmness)
+        sys.exit(_print_survival(console, grasp, samples, closing))
     if mjcf_file is not None:
         write_or_print(build_scene(grasp, protocol).xml, mjcf_file)
     with console.status("simulating …"):

@@ -36,6 +36,8 @@ def way_on(grasp: PosedGrasp) -> Onward:
     Moving the references by Δσ changes the contact forces by P Δσ, which load nothing but the fingers: G P = 0. With
     few synergies P Δσ is not the planned forces once more, and leaves the cones the sooner.
     """
+    if not (grasp.problem.contact_springs > 0.0).all():
+        return Onward(np.zeros(grasp.problem.n_synergies), 0.0)  # contacts without stiffness: no force to raise
     by_motors = command_matrix(grasp.problem, grasp.grasp_matrix, grasp.hand_jacobian)
     way = np.linalg.lstsq(by_motors, grasp.intensities.ravel(), rcond=WEAK)[0]
     more, reach = (by_motors @ way).reshape(grasp.intensities.shape), 0.0

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 from ..checks import positive, positive_whole
 from ..exceptions import InvalidValueError
-from ..grasp.grasp import Grasp
 from ..hand.loading import load_hand
 from ..planning.planner import plan_grasp
 from ..problem.load_cases import LoadCases
@@ -21,7 +20,7 @@ from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..processes import Job, JobContext, JobFunction
-from ..simulate import Protocol, Survival, find_protocol, simulate_grasp, survival
+from ..simulate import Protocol, find_protocol, simulate_grasp, survival
 from .benchmark_problems import BenchmarkCase, object_kinds, on_table
 from .study_folder import check_same_study
 from .study_margins import grasp_as_simulated, static_margins
@@ -54,6 +53,8 @@ class StudySettings:
             without if None.
         squeeze: Factor on δσ in the simulation.
         protocol: Name of the protocol.
+        firmness: How many times the planned efforts the motors squeeze with where the hand closes; the protocol's if
+            None.
         starts: Most starts of a search.
         enough: Feasible grasps after which a search ends with the best of them, one that closes if there is one.
         time_limit_s: Longest search, wall time [s]; None for no limit.
@@ -77,6 +78,7 @@ class StudySettings:
     friction_safety: float | None = None
     squeeze: float = 1.0
     protocol: str = "plan"
+    firmness: float | None = None
     starts: int = 40
     enough: int = 4
     time_limit_s: float | None = 60.0
@@ -111,7 +113,7 @@ class StudySettings:
         if self.friction_safety is not None:
             replace(LoadCases.off(), friction_safety=self.friction_safety)
         _ = self.parameters
-        find_protocol(self.protocol)
+        _ = self.test
         hand.contact_frames(self.contact_set)
 
     @property
@@ -144,7 +146,17 @@ class StudySettings:
     def test(self) -> Protocol:
         """The protocol: forces only, with a ladder."""
         geometry: Any = "links" if self.clearance else "contacts"
-        return replace(find_protocol(self.protocol), geometry=geometry, torques=False, ladder_accuracy=0.1)
+        return replace(self._firm(self.protocol), geometry=geometry, torques=False, ladder_accuracy=0.1)
+
+    @property
+    def error_test(self) -> Protocol:
+        """The protocol that is tried with errors: the object is handed over where it is without, or else free."""
+        return self._firm("handed" if self.protocol == "handed" else "free")
+
+    def _firm(self, name: str) -> Protocol:
+        """Return a protocol with the firmness asked for."""
+        protocol = find_protocol(name)
+        return protocol if self.firmness is None else replace(protocol, firmness=self.firmness)
 
     def problem(self, key: Key) -> GraspProblem:
         """Return the problem of a case."""
@@ -181,16 +193,10 @@ def study_case(settings: StudySettings, key: Key) -> StudyRow:
         rest_displacement=None if rest is None else rest.displacement,
         normal_force_error=None if rest is None else rest.normal_force_error,
         margins=static_margins(grasp_as_simulated(found)),
-        survival=_survival(grasp, settings, key[-1]),
+        survival=survival(grasp, seed=key[-1], samples=settings.errors, protocol=settings.error_test)
+        if settings.errors
+        else None,
     )
-
-
-def _survival(grasp: Grasp, settings: StudySettings, seed: int) -> tuple[Survival, ...] | None:
-    """Return what of a grasp survives errors, None if that is not studied."""
-    if not settings.errors:
-        return None
-    protocol = find_protocol("handed" if settings.protocol == "handed" else "free")
-    return survival(grasp, seed=seed, samples=settings.errors, protocol=protocol)
 
 
 def run_study(
