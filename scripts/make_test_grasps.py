@@ -15,6 +15,7 @@ import click
 
 import grasp_planner as gp
 from grasp_planner.analysis.sensitivity import optimum_near
+from grasp_planner.studies.benchmark_problems import BenchmarkCase
 
 FOLDER = Path(__file__).resolve().parents[1] / "tests" / "data"
 HAND = "dlr_hit_ii_right"
@@ -63,6 +64,7 @@ def problems() -> dict[str, gp.GraspProblem]:
         "native_15": paper(cylinder, 15, synergy_set="native"),
         "native_15_push": paper(cylinder, 15, PUSH, synergy_set="native"),
         "round_15": paper(gp.Cylinder(radius=0.036), 15, synergy_set="native", contact_set="sphere"),
+        "default_box": BenchmarkCase(0, 8, HAND, "box", "native_free", clearance=True, loads=True).problem(),
         "beyond_limits": paper(gp.Cylinder(radius=0.035), 5, HARD, synergy_set="santello"),
     }
 

@@ -9,9 +9,12 @@ import grasp_planner as gp
 from grasp_planner.closing.closing import close_grasp
 from grasp_planner.closing.contact_law import PENALTY, contact_rows
 from grasp_planner.closing.equilibrium import Anchors, Conditions, RestSolver
+from grasp_planner.closing.onward import FARTHEST, SHARE, way_on
 from grasp_planner.closing.path import free_posture, posture_overlaps, reference_path, reference_paths
 from grasp_planner.closing.report import OPEN_OVERLAP, ClosingReport
 from grasp_planner.closing.touches import find_touches
+from grasp_planner.judge.load_check import command_matrix
+from grasp_planner.model.friction import friction_margins
 from grasp_planner.planning.ranking import FoundGrasps
 from grasp_planner.records.layout import ClosingRecord
 from grasp_planner.records.parts import closing_record
@@ -158,6 +161,37 @@ def test_squeezing_beyond_the_plan_goes_on_along_the_same_way(grasp):
     assert np.linalg.norm(harder.forces) > 1.1 * np.linalg.norm(plain.forces)
     assert harder.torque_use > 1.1 * plain.torque_use > 0.0
     assert "squeezing 1.4 times" in harder.text and "squeezing" not in plain.text
+
+
+def test_the_way_on_loads_nothing_but_the_fingers_and_comes_nearest_to_the_planned_forces():
+    grasp = stored("default_box")
+    by_motors = command_matrix(grasp.problem, grasp.grasp_matrix, grasp.hand_jacobian)
+    onward, planned = way_on(grasp), grasp.intensities.ravel()
+    way = onward.way
+    more = by_motors @ way
+    np.testing.assert_allclose(grasp.grasp_matrix @ more, 0.0, atol=1e-6)
+    off = np.linalg.norm(more - planned)
+    assert off < 0.5 * np.linalg.norm(planned)
+    for other in np.eye(grasp.problem.n_synergies):
+        for sign in (1.0, -1.0):
+            assert np.linalg.norm(by_motors @ (way + sign * 0.02 * other) - planned) > off
+    np.testing.assert_array_equal(reference_path(grasp).onward.way, way)
+
+
+def test_the_way_on_ends_where_a_planned_contact_would_slide():
+    grasp = stored("default_box")
+    more = command_matrix(grasp.problem, grasp.grasp_matrix, grasp.hand_jacobian) @ way_on(grasp).way
+    for friction in (0.9, 0.7):
+        rough = changed(grasp, friction=friction)
+        reach = way_on(rough).reach
+
+        def least(share, rough=rough, friction=friction):
+            forces = rough.forces + share * more.reshape(-1, 3)
+            return friction_margins(forces, rough.contacts.normals, friction).min()
+
+        assert reach == 0.0 or least(reach) >= 0.0
+        assert reach == pytest.approx(FARTHEST) or least(reach + SHARE) < 0.0
+    assert way_on(changed(grasp, friction=0.7)).reach <= way_on(changed(grasp, friction=0.9)).reach > 0.0
 
 
 def test_a_hand_squeezes_beyond_the_plan_only_where_it_would_not_hold_otherwise(grasp):

@@ -326,6 +326,16 @@ def test_plans_of_the_paper_are_studied_too():
     assert "the paper's force law" in settings_text(settings)
 
 
+def test_a_study_says_how_hands_close_with_errors():
+    settings = StudySettings(protocol="handed", errors=1, firmness=1.5)
+    assert settings.test.firmness == settings.error_test.firmness == 1.5
+    assert settings.error_test.carried == find_protocol("handed").carried
+    assert "protocol handed, 1.5 times" in settings_text(settings)
+    floating = StudySettings(protocol="closing", errors=1)
+    assert floating.error_test == find_protocol("free")
+    assert floating.test.firmness == 1.0
+
+
 @pytest.mark.parametrize("table", [False, True])
 def test_joints_of_a_study_may_be_softer(table):
     settings = StudySettings(joint_compliance=0.5, loads=True, friction_safety=1.5, table=table)
@@ -346,6 +356,7 @@ def test_joints_of_a_study_may_be_softer(table):
         (["--objects", ","], "objects"),
         (["--contact-set", "wind"], "wind"),
         (["--squeeze", "0"], "squeeze"),
+        (["--firmness", "0.5"], "firmness"),
         (["--problems", "0"], "problems"),
         (["--cpu-limit", "0"], "cpu_limit"),
         (["--time-limit", "-1"], "time_limit"),

@@ -49,7 +49,8 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
     type=click.Choice(tuple(PROTOCOLS)),
     default="plan",
     show_default=True,
-    help="plan: from the planned posture; closing: from an open hand; table: lifted and shaken; dexgraspbench: 100 g.",
+    help="plan: from the planned posture; closing, free, handed: from an open hand, the object held, left free or "
+    "handed over; table: lifted and shaken; dexgraspbench: 100 g.",
 )
 @click.option("--squeeze", type=float, default=1.0, show_default=True, help="Factor on the plan's δσ.")
 @click.option(
@@ -62,9 +63,13 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
 @click.option("--mass", type=float, default=None, help="Mass of the object [kg] [default: the protocol's].")
 @click.option("--friction", type=float, default=None, help="Coefficient of friction [default: the protocol's].")
 @click.option("--force", type=float, default=None, help="Force of each push [N] [default: the protocol's].")
+@click.option("--firmness", type=float, help="Times the planned efforts motors squeeze with [default: the protocol's].")
 @click.option("--ladder/--no-ladder", default=True, show_default=True, help="Look for the load at failure.")
 @click.option(
-    "--errors", "samples", type=click.IntRange(min=1), help="Close with errors, this many samples a row: what survives."
+    "--errors",
+    "samples",
+    type=click.IntRange(min=1),
+    help="Close with errors, this many samples a row, around a free object, or handed over: what survives.",
 )
 @click.option("--out", type=click.Path(path_type=Path), help="JSON file; with --run: folder of the results.")
 @click.option("--html", "html_file", type=FILE, help="Write an animation that opens offline.")
@@ -81,6 +86,7 @@ def simulate(
     mass: float | None,
     friction: float | None,
     force: float | None,
+    firmness: float | None,
     ladder: bool,
     samples: int | None,
     out: Path | None,
@@ -96,6 +102,7 @@ def simulate(
     Exit code 0: all six forces were held; 3: not; 2: wrong usage.
     """
     given: dict[str, Any] = {"mass": mass, "friction": friction, "force": force, "geometry": geometry}
+    given["firmness"] = firmness
     protocol = replace(find_protocol(name), **{key: value for key, value in given.items() if value is not None})
     if (result is None) == (run_folder is None):
         raise click.UsageError("Give either RESULT or --run.")
@@ -111,7 +118,9 @@ def simulate(
     if not grasp.feasible:
         console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
     if samples is not None:
-        sys.exit(_print_survival(console, grasp, samples))
+        closing = find_protocol("handed" if name == "handed" else "free")
+        closing = closing if firmness is None else replace(closing, firmness=firmness)
+        sys.exit(_print_survival(console, grasp, samples, closing))
     if mjcf_file is not None:
         write_or_print(build_scene(grasp, protocol).xml, mjcf_file)
     with console.status("simulating …"):
@@ -174,12 +183,13 @@ def print_simulation(console: Console, found: Simulation) -> None:
     console.print(_shake_table(found) if found.protocol.table else _direction_table(found))
 
 
-def _print_survival(console: Console, grasp: Grasp, samples: int) -> int:
+def _print_survival(console: Console, grasp: Grasp, samples: int, protocol: Protocol) -> int:
     """Print what of a closing survives errors and return the exit code: passed if it closes as planned."""
-    title = "closing around the free object, then pushes; around the object on its table, then lifted and shaken"
+    which = "an object handed over" if protocol.carried is not None else "the free object"
+    title = f"closing around {which}, then pushes; around the object on its table, then lifted and shaken"
     table = new_table(title, ("off the plan", "survived", "first failure"))
     table.columns[-1].no_wrap = False
-    rows = survival(grasp, samples=samples)
+    rows = survival(grasp, samples=samples, protocol=protocol)
     for row in rows:
         table.add_row(row.name, f"{row.survived} of {row.tried}" if row.tried else "–", row.worst)
     console.print(table)

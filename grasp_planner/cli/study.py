@@ -46,6 +46,12 @@ if TYPE_CHECKING:
 @click.option("--paper", is_flag=True, help="Plans are the paper's: forces by (17), weighed against the task.")
 @click.option("--squeeze", type=float, default=1.0, show_default=True, help="Factor on the plans' δσ.")
 @click.option("--protocol", type=click.Choice(tuple(PROTOCOLS)), default="plan", show_default=True)
+@click.option(
+    "--firmness",
+    type=float,
+    default=None,
+    help="Times the planned efforts motors squeeze with [default: the protocol's].",
+)
 @click.option("--table", is_flag=True, help="Objects stand on a table, which plans keep clear of.")
 @click.option(
     "--errors",
@@ -81,6 +87,7 @@ def study_synergies(
     paper: bool,
     squeeze: float,
     protocol: str,
+    firmness: float | None,
     table: bool,
     errors: int,
     starts: int,
@@ -108,6 +115,7 @@ def study_synergies(
         paper=paper,
         squeeze=squeeze,
         protocol=protocol,
+        firmness=firmness,
         starts=starts,
         enough=enough,
         time_limit_s=60.0 if time_limit is None and cpu_limit is None else time_limit,

@@ -16,6 +16,7 @@ from ..problem.tendon_drive import driving_tendons
 from ..problem.term import above_zero
 from ..spatial import Array, Pose
 from .contact_law import block_diagonal
+from .onward import Onward, way_on
 
 OPENINGS = (0.02, 0.012, 0.006, 0.0025)
 """Mean distances of the open fingertips from the object [m] …"""
@@ -40,6 +41,7 @@ class ReferencePath:
         squeezing: The plan's own references, or beyond them.
         factor: How far they go beyond the plan's: from touching this many times as far.
         overlap: Deepest overlap of the open hand with the object or with itself [m].
+        onward: How the references go on from squeezing to press harder; None where that is not known.
     """
 
     open: Array
@@ -47,6 +49,7 @@ class ReferencePath:
     squeezing: Array
     overlap: float = 0.0
     factor: float = 1.0
+    onward: Onward | None = None
 
     def beyond(self, factor: float) -> ReferencePath:
         """Return the path that goes on from touching a number of times as far."""
@@ -79,6 +82,7 @@ def reference_paths(grasp: PosedGrasp, *, links: bool = True) -> Iterator[Refere
     by_sigma = jacobian @ synergies.basis
     slopes = -np.einsum("ij,ijk->ik", grasp.contacts.normals, by_sigma.reshape(-1, 3, problem.n_synergies))
     steps = [_opening_step(slopes, damping) for damping in OPENING_DAMPINGS]
+    onward = way_on(grasp)
     # The free hand stands at q̄ + S σ: its fingertips are at the contacts where J (q̄ + S σ − q) = 0.
     near = synergies.coordinates(grasp.joint_angles)
     away = jacobian @ (grasp.joint_angles - synergies.joint_angles(near))
@@ -88,7 +92,7 @@ def reference_paths(grasp: PosedGrasp, *, links: bool = True) -> Iterator[Refere
         normal = rows.T @ rows + damping**2 * synergies.basis.T @ synergies.basis
         touching = near + np.linalg.solve(normal, rows.T @ (weights @ away))
         opened, overlap = _opened(grasp, touching, steps, links)
-        yield ReferencePath(opened, touching, grasp.sigma, overlap)
+        yield ReferencePath(opened, touching, grasp.sigma, overlap, onward=onward)
 
 
 def reference_path(grasp: PosedGrasp, *, links: bool = True) -> ReferencePath:

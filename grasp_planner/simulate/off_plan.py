@@ -55,29 +55,34 @@ class Survival:
     worst: str
 
 
-def survival(grasp: Grasp, *, seed: int = 0, samples: int = 4) -> tuple[Survival, ...]:
-    """Close a hand around a free object, with errors of each kind and with all at once, and around one on its table.
+def survival(
+    grasp: Grasp, *, seed: int = 0, samples: int = 4, protocol: Protocol = PROTOCOLS["free"]
+) -> tuple[Survival, ...]:
+    """Close a hand around an object, with errors of each kind and with all at once, and around one on its table.
 
     Args:
         grasp: The grasp.
         seed: Seed of the random errors.
         samples: Simulations of every row whose errors are random; of the others there is one.
+        protocol: How the hand closes, from open; the last row is on a table whatever it says.
 
     Returns:
         The rows.
 
     Raises:
         SimulationDependencyError: If MuJoCo is not installed.
-        InvalidValueError: If hand or object can't be simulated.
+        InvalidValueError: If hand or object can't be simulated, or the protocol does not close a hand.
     """
     positive_whole("samples", samples)
+    if protocol.start != "open" or protocol.table:
+        raise InvalidValueError("protocol", protocol.name, "one that closes from open, without a table")
     rng, rows = np.random.default_rng(seed), []
     for name, errors in ERRORS.items():
         count, survived, worst = samples if errors.random else 1, 0, ""
         for sample in range(count):
             found = simulate_grasp(
                 off_plan(grasp, errors, 1.0 if (seed + sample) % 2 == 0 else -1.0, rng),
-                _protocol(grasp, errors),
+                _protocol(grasp, errors, protocol),
                 ladder=False,
                 path=grasp.closing.path,
             )
@@ -115,13 +120,13 @@ def _from_table(grasp: Grasp) -> Survival:
     return Survival(TABLE, int(found.passed), int(tried), "" if found.passed else found.verdict)
 
 
-def _protocol(grasp: Grasp, errors: Errors) -> Protocol:
-    """Return the protocol with friction, mass and joints off the plan."""
+def _protocol(grasp: Grasp, errors: Errors, protocol: Protocol) -> Protocol:
+    """Return a protocol with friction, mass and joints off the plan."""
     return replace(
-        PROTOCOLS["free"],
+        protocol,
         friction=None if errors.friction == 1.0 else errors.friction * float(grasp.problem.friction.min()),
         mass=errors.mass * grasp.problem.grasp_object.mass,
         joint_friction=errors.joint_friction,
-        gate=PROTOCOLS["free"].gate if errors == Errors() else GATE,
+        gate=protocol.gate if errors == Errors() else GATE,
         torques=False,
     )

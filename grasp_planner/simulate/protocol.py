@@ -27,6 +27,10 @@ class Protocol:
         start: ``plan``: the hand starts in the planned posture, its references set. ``open``: it starts open and
             closes by moving its references.
         hold_while_closing: Whether the object is held in place until the hand has closed.
+        carried: Stiffness to ways [N/m] and to turns [N m/rad] with which a giver carries the object until the hand has
+            closed, damped critically; None if nobody does.
+        firmness: How many times the planned efforts the motors squeeze with after closing; 1 for the planned
+            references as they are.
         gravity: Whether the plan's gravity acts on the object; around a free object the hand closes without it,
             unless it stands on a table.
         table: Whether the object stands on a table while the hand closes, is then lifted and shaken, not pushed.
@@ -48,7 +52,8 @@ class Protocol:
         ladder_accuracy: Relative accuracy of the load at failure.
         max_displacement: Limit of the object's way from its planned pose [m].
         max_rotation_deg: Limit of its rotation [degrees].
-        stage_s: Duration of each stage of closing [s].
+        stage_s: How long the hand takes from open to touching [s].
+        grip_s: How long from touching to the planned references [s].
         rest_s: Time to come to rest after closing and release [s].
         gate: Deepest overlap at the planned and at the open posture [m]; more, and nothing is simulated.
         geometry: What of the hand collides: all ``links``, or the ``contacts`` only (for plans without clearance).
@@ -62,6 +67,8 @@ class Protocol:
     name: str
     start: Start = "plan"
     hold_while_closing: bool = True
+    carried: tuple[float, float] | None = None
+    firmness: float = 1.0
     gravity: bool = True
     table: bool = False
     lift: float = 0.1
@@ -83,6 +90,7 @@ class Protocol:
     max_displacement: float = 0.05
     max_rotation_deg: float = 15.0
     stage_s: float = 0.4
+    grip_s: float = 0.4
     rest_s: float = 1.0
     gate: float = 1e-3
     geometry: Geometry = "links"
@@ -93,9 +101,9 @@ class Protocol:
     noslip_iterations: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("force", "hold_s", "check_s", "max_displacement", "max_rotation_deg", "stage_s", "ladder_cap"):
+        for name in ("force", "hold_s", "check_s", "max_displacement", "max_rotation_deg", "stage_s", "grip_s"):
             positive(f"protocol {name}", getattr(self, name))
-        for name in ("lift", "lift_s", "shake", "shake_hz", "shake_s"):
+        for name in ("ladder_cap", "firmness", "lift", "lift_s", "shake", "shake_hz", "shake_s"):
             positive(f"protocol {name}", getattr(self, name))
         if not 1e-3 <= positive("protocol ladder_accuracy", self.ladder_accuracy) <= 1.0:
             raise InvalidValueError("protocol ladder_accuracy", self.ladder_accuracy, "from 0.001 to 1")
@@ -108,6 +116,8 @@ class Protocol:
         for name, allowed in (("start", ("plan", "open")), ("geometry", ("links", "contacts"))):
             if getattr(self, name) not in allowed:
                 raise NameNotFoundError(f"protocol {name}", str(getattr(self, name)), allowed)
+        if self.firmness < 1.0:
+            raise InvalidValueError("protocol firmness", self.firmness, "1 or more")
         if not 1e-5 <= positive("protocol timestep", self.timestep) <= 0.004:
             raise InvalidValueError("protocol timestep", self.timestep, "from 1e-5 to 0.004 s")
         self._check_solver()
@@ -121,6 +131,11 @@ class Protocol:
                 raise InvalidValueError(f"protocol {name}", getattr(self, name), "true or false")
         if self.table and (self.start != "open" or not self.gravity or self.hold_while_closing):
             raise InvalidValueError("protocol table", True, "with start open, gravity, and an object that is not held")
+        if self.carried is not None:
+            if self.hold_while_closing or self.table or self.start != "open":
+                raise InvalidValueError("protocol carried", self.carried, "with start open, and an object not held")
+            for value in finite_array("protocol carried", self.carried, (2,)):
+                positive("protocol carried", value)
         positive("protocol impratio", self.impratio)
         for name, size in (("solref", 2), ("solimp", 3)):
             for value in finite_array(f"protocol {name}", getattr(self, name), (size,)):
@@ -157,11 +172,15 @@ DEXGRASPBENCH = Protocol(
 )
 """The force-closure test of DexGraspBench: 100 g, μ 0.6, no gravity, 1 N along ±x, ±y, ±z for 2 s; 5 cm, 15°."""
 
+FREE = replace(PLAN, name="free", start="open", hold_while_closing=False, stage_s=1.0, grip_s=0.06, firmness=2.0)
+"""The plan's own numbers, the hand closing around an object that nothing holds: approach, quick grip, firm squeeze."""
+
 PROTOCOLS = {
     "plan": PLAN,
     "closing": replace(PLAN, name="closing", start="open"),
-    "free": replace(PLAN, name="free", start="open", hold_while_closing=False),
-    "table": replace(PLAN, name="table", start="open", hold_while_closing=False, table=True),
+    "free": FREE,
+    "handed": replace(FREE, name="handed", carried=(300.0, 0.3)),
+    "table": replace(FREE, name="table", table=True),
     "dexgraspbench": DEXGRASPBENCH,
     "dexgraspbench-hard": replace(DEXGRASPBENCH, name="dexgraspbench-hard", friction=0.3, torsional_friction=0.002),
 }

@@ -12,6 +12,7 @@ from ..closing.path import ReferencePath, free_posture, reference_path
 from ..grasp.grasp import Grasp
 from ..grasp.squeeze import squeezed_forces
 from ..spatial import Array
+from .closing_hand import close_hand
 from .engine import quiet_warnings
 from .gate import GateReport, check_posture
 from .lifting import lift, shake_all
@@ -20,8 +21,6 @@ from .result import DirectionReport, Frame, RestReport, Simulation, surface_limi
 from .trials import DIRECTIONS, push_all
 from .world import Snapshot, World
 
-STAGE_STEPS = 10
-"""Set-points of each stage of closing."""
 MEAN_S, MEAN_SAMPLES = 0.1, 10
 """Forces at rest are the mean of samples over the last part of the rest [s]."""
 RECORDED_PUSH_S = 1.0
@@ -120,7 +119,7 @@ class _Recorder:
     def __init__(self, world: World, record: bool) -> None:
         self.world, self.record = world, record
         self.frames: list[Frame] = []
-        self._clock = 0.0
+        self._clock, self._next = 0.0, 0.0
 
     def run(self, duration: float) -> None:
         """Simulate for a time [s]."""
@@ -128,12 +127,13 @@ class _Recorder:
         for _ in range(count):
             self.world.run(duration / count)
             self._clock += duration / count
-            self.keep()
+            if self._clock >= self._next - 1e-9:
+                self.keep()
 
     def keep(self) -> None:
         """Keep the present instant."""
         if self.record:
-            world = self.world
+            world, self._next = self.world, self._clock + FRAME_S
             self.frames.append(Frame(self._clock, world.independent_angles, world.object_pose))
 
 
@@ -165,14 +165,7 @@ def _rest(world: World, path: ReferencePath | None, recorder: _Recorder) -> Rest
     if path is None:
         world.reset(grasp.joint_angles, grasp.sigma)
     else:
-        world.reset(free_posture(grasp, path.open), path.open)
-        world.hold_object(protocol.hold_while_closing)
-        world.weigh(protocol.hold_while_closing or protocol.table)
-        recorder.keep()
-        for begin, end in path.stages():
-            for step in range(1, STAGE_STEPS + 1):
-                world.set_references(begin + step / STAGE_STEPS * (end - begin))
-                recorder.run(protocol.stage_s / STAGE_STEPS)
+        close_hand(world, path, recorder.run)
     world.hold_lengths()
     world.hold_object(False)
     world.weigh(True)

@@ -17,6 +17,9 @@ from .protocol import Protocol
 from .scene import Scene, build_scene
 from .tips import COMPRESSION, ROUNDING
 
+MAKE_WAY_S, OVERLAP = 0.2, 1e-4
+"""How long an object makes way for a hand that overlaps it [s], and what overlap counts [m]."""
+
 
 @dataclass(frozen=True)
 class Snapshot:
@@ -62,9 +65,11 @@ class World:
         self._tips = {mujoco.mj_name2id(model, geom, name): k for k, name in enumerate(self.scene.tip_names)}
         self._solids = {mujoco.mj_name2id(model, geom, name) for name in self.scene.object_names}
         table = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "table")
-        self._table = None if table < 0 else int(model.body_mocapid[table])
+        self._table, self._table_body = (None if table < 0 else int(model.body_mocapid[table])), table
         self._hold = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, "hold")
         self._motors = HeldMotors(grasp.problem, model)
+        self._free = int(model.jnt_dofadr[free])
+        self._carried: tuple[float, float] | None = None
 
     def reset(self, q: Array, sigma: Array) -> None:
         """Put hand and object at rest: posture q [rad] of shape (n_q,), references σ [rad], object as planned."""
@@ -97,6 +102,34 @@ class World:
     def hold_object(self, held: bool) -> None:
         """Fix the object at its planned pose, or let it go."""
         self.data.eq_active[self._hold] = held
+
+    def carry_object(self, carried: tuple[float, float] | None) -> None:
+        """Have a giver carry the object softly about its planned pose, or let it go.
+
+        Args:
+            carried: Stiffness to ways [N/m] and turns [N m/rad], damped critically; None to let go.
+        """
+        damping, where = self.model.dof_damping, slice(self._free, self._free + 6)
+        damping[where], self.data.xfrc_applied[self._object], self._carried = 0.0, 0.0, carried
+        if carried is not None:
+            inertia = np.repeat([self.model.body_mass[self._object], self.model.body_inertia[self._object].mean()], 3)
+            damping[where] = 2.0 * np.sqrt(np.repeat(carried, 3) * inertia)
+
+    def make_way(self) -> None:
+        """Let a hand that overlaps the free object where it begins push it aside as slowly as it would have come."""
+        where = slice(self._free, self._free + 6)
+        if not any(self._is_deep(index) for index in range(self.data.ncon)):
+            return
+        for _ in range(round(MAKE_WAY_S / self.protocol.timestep)):
+            self.run(self.protocol.timestep)
+            self.data.qvel[where] = 0.0
+
+    def _is_deep(self, index: int) -> bool:
+        """Return whether the hand reaches into the object at a contact."""
+        contact = self.data.contact[index]
+        bodies = [int(self.model.geom_bodyid[geom]) for geom in contact.geom]
+        others = [body for body in bodies if body != self._object]
+        return len(others) == 1 and others[0] != self._table_body and bool(contact.dist < -OVERLAP)
 
     def weigh(self, weighs: bool) -> None:
         """Let gravity act, or not."""
@@ -135,8 +168,20 @@ class World:
 
     def run(self, duration: float) -> None:
         """Simulate for a time [s]."""
-        self._mujoco.mj_step(self.model, self.data, max(1, round(duration / self.protocol.timestep)))
+        steps = max(1, round(duration / self.protocol.timestep))
+        if self._carried is None:
+            self._mujoco.mj_step(self.model, self.data, steps)
+        else:
+            for _ in range(steps):
+                self.data.xfrc_applied[self._object] = self._giver_wrench(*self._carried)
+                self._mujoco.mj_step(self.model, self.data)
         self._motors.give_way(self.data)
+
+    def _giver_wrench(self, way: float, turn: float) -> Array:
+        """Return what the springs of a giver do to the object, in world axes [N, N m]; small turns, of shape (6,)."""
+        pose = self.object_pose
+        angles = 2.0 * math.copysign(1.0, float(pose[3])) * pose[4:]
+        return np.concatenate([-way * pose[:3], -turn * angles])
 
     def save(self) -> Snapshot:
         """Return the present instant."""
@@ -173,6 +218,11 @@ class World:
         protocol = self.protocol
         near = self.displacement < protocol.max_displacement and self.rotation_deg < protocol.max_rotation_deg
         return bool(near and np.isfinite(self.data.qpos).all())
+
+    @property
+    def references(self) -> Array:
+        """The references σ [rad], of shape (n_s,)."""
+        return np.array(self.data.ctrl)
 
     @property
     def time(self) -> float:

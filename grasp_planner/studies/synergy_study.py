@@ -53,12 +53,15 @@ class StudySettings:
             without if None.
         squeeze: Factor on δσ in the simulation.
         protocol: Name of the protocol.
+        firmness: How many times the planned efforts the motors squeeze with where the hand closes; the protocol's if
+            None.
         starts: Most starts of a search.
         enough: Feasible grasps after which a search ends with the best of them, one that closes if there is one.
         time_limit_s: Longest search, wall time [s]; None for no limit.
         cpu_limit_s: Longest search, processor time [s]; None for no limit.
         errors: Samples of each row of random errors with which every grasp closes once more
-            (:func:`~grasp_planner.simulate.survival`); 0 for none of this.
+            (:func:`~grasp_planner.simulate.survival`), around an object that is handed over where that is the
+            protocol and around a free one otherwise; 0 for none of this.
         table: Whether objects stand on a table, which plans keep clear of.
         joint_compliance: C_q of every joint [rad/(N m)]; the standard's if None.
         paper: Whether plans are the paper's: forces by (17), weighed against the task.
@@ -75,6 +78,7 @@ class StudySettings:
     friction_safety: float | None = None
     squeeze: float = 1.0
     protocol: str = "plan"
+    firmness: float | None = None
     starts: int = 40
     enough: int = 4
     time_limit_s: float | None = 60.0
@@ -109,7 +113,7 @@ class StudySettings:
         if self.friction_safety is not None:
             replace(LoadCases.off(), friction_safety=self.friction_safety)
         _ = self.parameters
-        find_protocol(self.protocol)
+        _ = self.test
         hand.contact_frames(self.contact_set)
 
     @property
@@ -142,7 +146,17 @@ class StudySettings:
     def test(self) -> Protocol:
         """The protocol: forces only, with a ladder."""
         geometry: Any = "links" if self.clearance else "contacts"
-        return replace(find_protocol(self.protocol), geometry=geometry, torques=False, ladder_accuracy=0.1)
+        return replace(self._firm(self.protocol), geometry=geometry, torques=False, ladder_accuracy=0.1)
+
+    @property
+    def error_test(self) -> Protocol:
+        """The protocol that is tried with errors: the object is handed over where it is without, or else free."""
+        return self._firm("handed" if self.protocol == "handed" else "free")
+
+    def _firm(self, name: str) -> Protocol:
+        """Return a protocol with the firmness asked for."""
+        protocol = find_protocol(name)
+        return protocol if self.firmness is None else replace(protocol, firmness=self.firmness)
 
     def problem(self, key: Key) -> GraspProblem:
         """Return the problem of a case."""
@@ -179,7 +193,9 @@ def study_case(settings: StudySettings, key: Key) -> StudyRow:
         rest_displacement=None if rest is None else rest.displacement,
         normal_force_error=None if rest is None else rest.normal_force_error,
         margins=static_margins(grasp_as_simulated(found)),
-        survival=survival(grasp, seed=key[-1], samples=settings.errors) if settings.errors else None,
+        survival=survival(grasp, seed=key[-1], samples=settings.errors, protocol=settings.error_test)
+        if settings.errors
+        else None,
     )
 
 

@@ -108,13 +108,15 @@ def settings_text(settings: StudySettings) -> str:
         plans += f", joints of {settings.joint_compliance:g} rad/(N m)"
     plans += ", by the paper's force law and weights" if settings.paper else ""
     plans += ", objects on a table" if settings.table else ""
+    closing = settings.error_test
+    errors = f"; with errors protocol {closing.name}, {closing.firmness:g} times" if settings.errors else ""
     limits = [f"{settings.starts} starts, {settings.enough} feasible ones enough"]
     for limit, kind in ((settings.time_limit_s, "wall"), (settings.cpu_limit_s, "processor")):
         limits += [] if limit is None else [f"{limit:g} s of {kind} time"]
     return (
         f"Hand {settings.hand}, contact set {contacts}, {what}; planned {plans}, at most {' and '.join(limits)} a "
         f"search; {settings.problems} problems each; protocol {test.name} with pushes of {test.force:g} N, squeeze × "
-        f"{settings.squeeze:g}."
+        f"{settings.squeeze:g}, motors squeezing to {test.firmness:g} times the planned efforts{errors}."
     )
 
 
