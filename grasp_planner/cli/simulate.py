@@ -19,6 +19,7 @@ from ..simulate import (
     Protocol,
     Simulation,
     build_scene,
+    error_protocol,
     find_protocol,
     simulate_grasp,
     simulation_json,
@@ -69,7 +70,7 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
     "--errors",
     "samples",
     type=click.IntRange(min=1),
-    help="Close with errors, this many samples a row, around a free object, or handed over: what survives.",
+    help="Close with errors, this many samples a row, around a free object, handed over or on a table: what survives.",
 )
 @click.option("--out", type=click.Path(path_type=Path), help="JSON file; with --run: folder of the results.")
 @click.option("--html", "html_file", type=FILE, help="Write an animation that opens offline.")
@@ -118,7 +119,7 @@ def simulate(
     if not grasp.feasible:
         console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
     if samples is not None:
-        closing = find_protocol("handed" if name == "handed" else "free")
+        closing = find_protocol(error_protocol(name))
         closing = closing if firmness is None else replace(closing, firmness=firmness)
         sys.exit(_print_survival(console, grasp, samples, closing))
     if mjcf_file is not None:
@@ -186,7 +187,8 @@ def print_simulation(console: Console, found: Simulation) -> None:
 def _print_survival(console: Console, grasp: Grasp, samples: int, protocol: Protocol) -> int:
     """Print what of a closing survives errors and return the exit code: passed if it closes as planned."""
     which = "an object handed over" if protocol.carried is not None else "the free object"
-    title = f"closing around {which}, then pushes; around the object on its table, then lifted and shaken"
+    pushed = "" if protocol.table else f"around {which}, then pushes; "
+    title = f"closing {pushed}around the object on its table, then lifted and shaken"
     table = new_table(title, ("off the plan", "survived", "first failure"))
     table.columns[-1].no_wrap = False
     rows = survival(grasp, samples=samples, protocol=protocol)

@@ -7,6 +7,7 @@ from .off_plan import simulated_loss as simulated_loss
 from .off_plan import survival as survival
 from .protocol import PROTOCOLS as PROTOCOLS
 from .protocol import Protocol as Protocol
+from .protocol import error_protocol as error_protocol
 from .protocol import find_protocol as find_protocol
 from .protocol import protocol_from as protocol_from
 from .result import DirectionReport as DirectionReport

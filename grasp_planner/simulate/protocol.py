@@ -187,6 +187,11 @@ PROTOCOLS = {
 """Protocols by name."""
 
 
+def error_protocol(name: str) -> str:
+    """Return the protocol that is tried with errors beside one: handed over or on a table as there, otherwise free."""
+    return name if name in ("handed", "table") else "free"
+
+
 def find_protocol(name: str) -> Protocol:
     """Return a protocol by its name.
 

@@ -20,7 +20,7 @@ from ..problem.parameters import GraspParameters
 from ..problem.problem import GraspProblem
 from ..problem.search_options import PlannerOptions
 from ..processes import Job, JobContext, JobFunction
-from ..simulate import Protocol, find_protocol, simulate_grasp, survival
+from ..simulate import Protocol, error_protocol, find_protocol, simulate_grasp, survival
 from .benchmark_problems import BenchmarkCase, object_kinds, on_table
 from .study_folder import check_same_study
 from .study_margins import grasp_as_simulated, static_margins
@@ -60,8 +60,8 @@ class StudySettings:
         time_limit_s: Longest search, wall time [s]; None for no limit.
         cpu_limit_s: Longest search, processor time [s]; None for no limit.
         errors: Samples of each row of random errors with which every grasp closes once more
-            (:func:`~grasp_planner.simulate.survival`), around an object that is handed over where that is the
-            protocol and around a free one otherwise; 0 for none of this.
+            (:func:`~grasp_planner.simulate.survival`), around an object that is handed over or on a table where that
+            is the protocol and around a free one otherwise; 0 for none of this.
         table: Whether objects stand on a table, which plans keep clear of.
         joint_compliance: C_q of every joint [rad/(N m)]; the standard's if None.
         paper: Whether plans are the paper's: forces by (17), weighed against the task.
@@ -150,8 +150,8 @@ class StudySettings:
 
     @property
     def error_test(self) -> Protocol:
-        """The protocol that is tried with errors: the object is handed over where it is without, or else free."""
-        return self._firm("handed" if self.protocol == "handed" else "free")
+        """The protocol that is tried with errors."""
+        return self._firm(error_protocol(self.protocol))
 
     def _firm(self, name: str) -> Protocol:
         """Return a protocol with the firmness asked for."""
