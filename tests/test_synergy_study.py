@@ -331,6 +331,7 @@ def test_a_study_says_how_hands_close_with_errors():
     assert settings.test.firmness == settings.error_test.firmness == 1.5
     assert settings.error_test.carried == find_protocol("handed").carried
     assert "protocol handed, 1.5 times" in settings_text(settings)
+    assert StudySettings(protocol="table", errors=1).error_test == find_protocol("table")
     floating = StudySettings(protocol="closing", errors=1)
     assert floating.error_test == find_protocol("free")
     assert floating.test.firmness == 1.0

@@ -195,7 +195,7 @@ def test_the_table_of_survival_is_seeded_and_says_what_fails(held, monkeypatch):
     seen = []
 
     def tested(grasp, protocol, *, path, ladder=True):
-        seen.append((grasp.palm_pose.translation.tolist(), protocol.mass, protocol.friction, path))
+        seen.append((grasp.palm_pose.translation.tolist(), protocol.mass, protocol.friction, protocol.table, path))
         what = {"is_another_object": False, "gate_passed": True, "rest": None}
         return SimpleNamespace(passed=protocol.friction is None, verdict="failed", **what)
 
@@ -209,3 +209,8 @@ def test_the_table_of_survival_is_seeded_and_says_what_fails(held, monkeypatch):
     seen.clear()
     survival(held, seed=3, samples=2)
     assert [each[0] for each in seen] == [each[0] for each in first]
+    assert not any(each[3] for each in seen[:-1])
+    seen.clear()
+    survival(held, seed=3, samples=2, protocol=PROTOCOLS["table"])
+    assert [each[0] for each in seen] == [each[0] for each in first]
+    assert all(each[3] for each in seen)
