@@ -26,7 +26,7 @@ from grasp_planner.planning.pooled_starts import random_states
 from grasp_planner.spatial import Array
 from grasp_planner.studies.benchmark import fastest
 
-jax.tree_util.register_dataclass(States, ["joints", "rotation", "translation", "forces"], [])
+jax.tree_util.register_dataclass(States, ["joints", "rotation", "translation", "forces", "most_force"], [])
 jax.tree_util.register_dataclass(Rows, ["value", "derivative"], ["name", "equality"])
 
 OBJECTS = ("sphere:radius=0.03", "cylinder:radius=0.03", "box:x=0.05,y=0.06,z=0.08")

@@ -41,7 +41,7 @@ def pairs_with_nan(grasp, kind):
     pairs = list(grasp.clearances)
     index = max(k for k, pair in enumerate(pairs) if pair.kind == kind and not pair.exempt)
     pairs[index] = replace(pairs[index], distance=NAN)
-    return {"clearances": tuple(pairs)}
+    return {"near_clearances": tuple(pairs)}
 
 
 def contacts_with_nan(grasp, name):
