@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from .exceptions import InvalidValueError
+from .exceptions import InvalidValueError, NameNotFoundError
 from .spatial import Array, readonly
 
 UNIT_ROUNDING = 1e-15
@@ -129,3 +130,21 @@ def positive_whole(name: str, value: object, at_most: int | None = None) -> None
     if isinstance(value, bool) or not isinstance(value, int) or value < 1 or (at_most is not None and value > at_most):
         allowed = "a whole number >= 1" if at_most is None else f"a whole number from 1 to {at_most}"
         raise InvalidValueError(name, value, allowed)
+
+
+def known_names(what: str, names: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
+    """Return names that are known; ``all`` alone stands for all of them.
+
+    Args:
+        what: What they are names of.
+        names: The names.
+        known: Those that there are.
+
+    Raises:
+        NameNotFoundError: If one is not known.
+    """
+    chosen = tuple(known) if tuple(names) == ("all",) else tuple(names)
+    for name in chosen:
+        if name not in known:
+            raise NameNotFoundError(what, name, (*known, "all"))
+    return chosen

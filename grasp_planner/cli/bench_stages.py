@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from ..exceptions import NameNotFoundError
+from ..checks import known_names
 
 if TYPE_CHECKING:
     from ..studies.benchmark_problems import BenchmarkCase
@@ -34,10 +34,7 @@ def stage_names(names: Sequence[str]) -> tuple[str, ...]:
     Raises:
         NameNotFoundError: If there is no such stage.
     """
-    for name in names:
-        if name not in STAGES and tuple(names) != ("all",):
-            raise NameNotFoundError("stage", name, (*STAGES, "all"))
-    return STAGES if tuple(names) == ("all",) else tuple(names)
+    return known_names("stage", names, STAGES)
 
 
 def print_stages(

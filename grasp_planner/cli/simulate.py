@@ -103,8 +103,9 @@ def simulate(
     Exit code 0: all six forces were held; 3: not; 2: wrong usage.
     """
     given: dict[str, Any] = {"mass": mass, "friction": friction, "force": force, "geometry": geometry}
-    given["firmness"] = firmness
-    protocol = replace(find_protocol(name), **{key: value for key, value in given.items() if value is not None})
+    protocol = replace(
+        find_protocol(name, firmness), **{key: value for key, value in given.items() if value is not None}
+    )
     if (result is None) == (run_folder is None):
         raise click.UsageError("Give either RESULT or --run.")
     load_mujoco()
@@ -119,9 +120,7 @@ def simulate(
     if not grasp.feasible:
         console.print(f"[red]the plan is {grasp.verdict}[/]", highlight=False)
     if samples is not None:
-        closing = find_protocol(error_protocol(name))
-        closing = closing if firmness is None else replace(closing, firmness=firmness)
-        sys.exit(_print_survival(console, grasp, samples, closing))
+        sys.exit(_print_survival(console, grasp, samples, find_protocol(error_protocol(name), firmness)))
     if mjcf_file is not None:
         write_or_print(build_scene(grasp, protocol).xml, mjcf_file)
     with console.status("simulating …"):

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..judge.clearance_check import hand_clearances, penetration
+from ..hand.configuration import HandConfiguration
+from ..judge.clearance_check import configuration_clearances, penetration
 from ..judge.posed_grasp import PosedGrasp
 from ..model.compliance import softened
 from ..model.contacts import find_contacts, fingertip_positions
@@ -177,6 +178,6 @@ def posture_overlaps(
     overlap = above_zero(-gaps.min())
     if not links:
         return overlap, 0.0, 0.0
-    clearances = hand_clearances(problem, q, palm_pose)
+    clearances = configuration_clearances(problem, HandConfiguration(problem.hand, q, palm_pose), near=0.0)
     overlap = above_zero(np.maximum(overlap, penetration(clearances, "link_object")))
     return overlap, penetration(clearances, "self_collision"), penetration(clearances, "ground")

@@ -192,15 +192,20 @@ def error_protocol(name: str) -> str:
     return name if name in ("handed", "table") else "free"
 
 
-def find_protocol(name: str) -> Protocol:
+def find_protocol(name: str, firmness: float | None = None) -> Protocol:
     """Return a protocol by its name.
 
+    Args:
+        name: Its name.
+        firmness: Firmness in place of its own, if given.
+
     Raises:
+        InvalidValueError: If the firmness is out of range.
         NameNotFoundError: If there is none; lists those that exist.
     """
     if name not in PROTOCOLS:
         raise NameNotFoundError("protocol", name, PROTOCOLS)
-    return PROTOCOLS[name]
+    return PROTOCOLS[name] if firmness is None else replace(PROTOCOLS[name], firmness=firmness)
 
 
 def protocol_from(fields: dict[str, Any]) -> Protocol:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..checks import known_names
 from ..exceptions import NameNotFoundError
 from ..hand.loading import load_hand
 from ..hand.urdf_file import ROBOT_DATA, find_robot_file
@@ -48,11 +49,7 @@ def object_kinds(names: Sequence[str]) -> tuple[str, ...]:
     Raises:
         NameNotFoundError: If there is no such kind.
     """
-    kinds = tuple(OBJECTS) if tuple(names) == ("all",) else tuple(names)
-    for kind in kinds:
-        if kind not in OBJECTS:
-            raise NameNotFoundError("kind of object", kind, (*OBJECTS, "all"))
-    return kinds
+    return known_names("kind of object", names, OBJECTS)
 
 
 def on_table(problem: GraspProblem) -> GraspProblem:

@@ -146,17 +146,14 @@ class StudySettings:
     def test(self) -> Protocol:
         """The protocol: forces only, with a ladder."""
         geometry: Any = "links" if self.clearance else "contacts"
-        return replace(self._firm(self.protocol), geometry=geometry, torques=False, ladder_accuracy=0.1)
+        return replace(
+            find_protocol(self.protocol, self.firmness), geometry=geometry, torques=False, ladder_accuracy=0.1
+        )
 
     @property
     def error_test(self) -> Protocol:
         """The protocol that is tried with errors."""
-        return self._firm(error_protocol(self.protocol))
-
-    def _firm(self, name: str) -> Protocol:
-        """Return a protocol with the firmness asked for."""
-        protocol = find_protocol(name)
-        return protocol if self.firmness is None else replace(protocol, firmness=self.firmness)
+        return find_protocol(error_protocol(self.protocol), self.firmness)
 
     def problem(self, key: Key) -> GraspProblem:
         """Return the problem of a case."""
