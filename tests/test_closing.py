@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.closing.closing import close_grasp
+from grasp_planner.closing.closing import close_grasp, close_grasps
 from grasp_planner.closing.contact_law import PENALTY, contact_rows
-from grasp_planner.closing.equilibrium import Anchors, Conditions, RestSolver
+from grasp_planner.closing.equilibrium import RestSolver
+from grasp_planner.closing.newton import Asked, RestEvaluator
 from grasp_planner.closing.onward import FARTHEST, SHARE, way_on
 from grasp_planner.closing.path import free_posture, posture_overlaps, reference_path, reference_paths
 from grasp_planner.closing.report import OPEN_OVERLAP, ClosingReport
+from grasp_planner.closing.rest import Anchors, Conditions
+from grasp_planner.closing.together import run_together
 from grasp_planner.closing.touches import find_touches
 from grasp_planner.judge.load_check import command_matrix
 from grasp_planner.model.friction import friction_margins
@@ -81,10 +84,11 @@ def test_the_plan_is_the_state_of_rest_of_its_own_contacts(name):
     grasp = stored(name)
     problem, n_c = grasp.problem, len(grasp.problem.frames)
     centres = grasp.configuration.contact_centres(problem.frames)
-    solver = RestSolver(problem, grasp.palm_pose)
+    solver = RestSolver(problem, grasp.palm_pose, 100)
     anchors = Anchors(centres, np.tile(grasp.joint_angles, (n_c, 1)), np.full(n_c, True))
     away = replace(solver.begin(grasp.joint_angles + 1e-3), forces=0.95 * grasp.forces)
-    found = solver.solve(away, Conditions(grasp.reference_joint_angles, anchors, problem.external_wrench))
+    sought = solver.solve(away, Conditions(grasp.reference_joint_angles, anchors, problem.external_wrench))
+    (found,) = run_together(RestEvaluator(problem), [sought])
     np.testing.assert_allclose(found.forces, grasp.forces, atol=1e-3)
     np.testing.assert_allclose(found.q, grasp.joint_angles, atol=1e-5)
     np.testing.assert_allclose(found.translation, grasp.palm_pose.translation, atol=1e-5)
@@ -131,7 +135,8 @@ def test_grasps_that_close_go_first_if_so_asked(grasp):
         found.keep(each)
     assert found.first() is slippery
     assert not slippery.closing.holds
-    assert found.first_closing() is found.ranked()[1]
+    assert found.closing() == [found.ranked()[1]]
+    assert found.best(1, closing=True) == (found.ranked()[1],)
 
 
 def test_a_grasp_found_twice_is_kept_once(grasp):
@@ -233,3 +238,72 @@ def test_the_record_has_no_infinite_number(grasp):
         assert ClosingRecord.model_validate_json(record.model_dump_json()) == record
         assert record.holds == closing.holds
         assert (record.forces is None) == (not closing.rests)
+
+
+def test_closings_found_together_are_those_found_alone(grasp, closing):
+    off = [
+        replace(grasp, palm_pose=replace(grasp.palm_pose, translation=grasp.palm_pose.translation + 2e-3 * way))
+        for way in np.eye(3)
+    ]
+    slippery = changed(grasp, friction=0.03)  # of another problem
+    together = close_grasps([*off, slippery], closing.path)
+    assert len({report.holds for report in together}) == 2
+    for one, report in zip([*off, slippery], together, strict=True):
+        alone = close_grasp(one, closing.path)
+        assert (alone.holds, alone.rests) == (report.holds, report.rests)
+        np.testing.assert_allclose(report.forces, alone.forces, atol=1e-6)
+        np.testing.assert_allclose(report.pushes, alone.pushes, atol=1e-9)
+        np.testing.assert_allclose(report.slip, alone.slip, atol=1e-9)
+
+
+def test_of_those_that_close_the_one_whose_fingers_slide_least_is_chosen(grasp):
+    def slid(by, each):
+        each.__dict__["closing"] = replace(grasp.closing, slip=by * np.ones(5))
+        return each
+
+    def pose(index):
+        return replace(grasp.palm_pose, translation=grasp.palm_pose.translation + 2e-3 * index)
+
+    # The last serves its task badly, the one before slides most.
+    weightless = {"force_law": "springs", "force_weight": None, "task_weight": None}
+    lean = changed(grasp, **weightless).problem
+    good = [slid(by, replace(grasp, problem=lean, palm_pose=pose(i))) for i, by in enumerate([3e-3, 1e-3, 5e-3])]
+    bad = slid(1e-4, replace(grasp, problem=lean, palm_pose=pose(4)))
+    for each, index in ((good[0], 1.0), (good[1], 3.9), (good[2], 1.1), (bad, 4.1)):
+        each.__dict__.update(alignments=((10.0, False),), objective=index)
+    found = FoundGrasps()
+    for each in (*good, bad):
+        found.keep(each)
+    assert found.surest_closing() is good[1]
+    assert found.best(3, closing=True)[0] is good[1]
+    good[1].__dict__["alignments"] = ((15.1, False),)
+    assert found.surest_closing() is good[0]
+    # With weights the objective decides.
+    weighted = FoundGrasps()
+    for index, by in enumerate([3e-3, 1e-3]):
+        each = slid(by, replace(grasp, palm_pose=pose(index)))
+        each.__dict__["objective"] = float(index)
+        weighted.keep(each)
+    assert weighted.surest_closing().closing.slip.max() == 3e-3
+
+
+def test_works_are_sent_what_they_wait_for():
+    class Doubling:
+        calls = 0
+
+        def steps(self, asked):
+            self.calls += 1
+            return [2 * each.state for each in asked]
+
+    def leaf(value):
+        return (yield Asked(value, None, None, None))
+
+    def tree(value):
+        first = yield Asked(value, None, None, None)
+        rest = yield [leaf(10 * value), leaf(100 * value)]
+        return [first, *rest]
+
+    doubling = Doubling()
+    assert run_together(doubling, [tree(1), tree(2), leaf(7)]) == [[2, 20, 200], [4, 40, 400], 14]
+    assert doubling.calls == 2
+    assert run_together(doubling, []) == []

@@ -10,7 +10,10 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.analysis.knobs import _compliance_knob
 from grasp_planner.analysis.problem_parameters import parameters_of
-from grasp_planner.closing.equilibrium import Anchors, Conditions, RestSolver
+from grasp_planner.closing.equilibrium import RestSolver
+from grasp_planner.closing.newton import RestEvaluator
+from grasp_planner.closing.rest import Anchors, Conditions
+from grasp_planner.closing.together import run_together
 from grasp_planner.exceptions import MAX_VALUE
 from grasp_planner.judge.load_check import command_matrix, response_matrix
 from grasp_planner.model import compliance as soft
@@ -116,19 +119,21 @@ def test_stability_is_the_derivative_of_the_equilibrium(rng):
 def test_closing_rests_at_the_plan_and_against_stops(rng):
     grasp = with_full(stored("point_cylinder"), rng)
     problem, n_c = grasp.problem, len(grasp.problem.frames)
-    solver, q = RestSolver(problem, grasp.palm_pose), grasp.joint_angles
+    solver, q = RestSolver(problem, grasp.palm_pose, 200), grasp.joint_angles
     centres = grasp.configuration.contact_centres(problem.frames)
     anchors = Anchors(centres, np.tile(q, (n_c, 1)), np.full(n_c, True))
     reference = q + problem.joint_compliance @ grasp.joint_torques
     away = replace(solver.begin(q + 1e-3), forces=0.95 * grasp.forces)
-    found = solver.solve(away, Conditions(reference, anchors, problem.external_wrench))
+    sought = solver.solve(away, Conditions(reference, anchors, problem.external_wrench))
+    (found,) = run_together(RestEvaluator(problem), [sought])
     np.testing.assert_allclose(found.forces, grasp.forces, atol=2e-3)
     np.testing.assert_allclose(found.q, q, atol=1e-5)
     # Free, with a reference beyond a stop: the other joints bend as K_q says, the stopped one barely passes its limit.
     free = Anchors(centres, np.tile(q, (n_c, 1)), np.full(n_c, False))
     reference, hand = np.array(q), problem.hand
     reference[2] = hand.upper[2] + 0.2
-    rest = solver.solve(solver.begin(q), Conditions(reference, free))
+    sought = solver.solve(solver.begin(q), Conditions(reference, free))
+    (rest,) = run_together(RestEvaluator(problem), [sought])
     stiffness, others = np.linalg.inv(problem.joint_compliance), (rest.q > hand.lower) & (rest.q < hand.upper)
     assert 0.0 < rest.q[2] - hand.upper[2] < 0.02 and others.sum() > 9
     np.testing.assert_allclose((stiffness @ (rest.q - reference))[others], 0.0, atol=1e-4)
@@ -136,14 +141,18 @@ def test_closing_rests_at_the_plan_and_against_stops(rng):
 
 def test_the_step_to_rest_has_the_derivative_of_the_residual(rng):
     grasp = with_full(stored("point_cylinder"), rng)
-    solver, hand = RestSolver(grasp.problem, grasp.palm_pose), grasp.problem.hand
-    reference, torques = np.array(grasp.joint_angles), rng.normal(0.0, 0.1, 15)
+    springs, hand = RestEvaluator(grasp.problem).springs, grasp.problem.hand
+    q, torques = grasp.joint_angles, rng.normal(0.0, 0.1, 15)
+    reference = np.array(q)
     reference[2] = hand.upper[2] + 0.3
-    q = solver._springs(grasp.joint_angles, reference, torques)
-    rest = grasp.joint_angles - q[0]
-    off, yielding = solver._springs(rest, reference, torques)
-    np.testing.assert_allclose(off, 0.0, atol=1e-9)
-    numeric = central_differences(lambda tau: rest - solver._springs(rest, reference, tau)[0], torques, 1e-4)
+
+    def offs(at, tau):
+        return springs(at[None], reference[None], tau[None])[0][0]
+
+    rest = q - offs(q, torques)
+    np.testing.assert_allclose(offs(rest, torques), 0.0, atol=1e-9)
+    (yielding,) = springs(rest[None], reference[None], torques[None])[1]
+    numeric = central_differences(lambda tau: rest - offs(rest, tau), torques, 1e-4)
     np.testing.assert_allclose(-yielding, numeric, atol=1e-8)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..closing.closing import PUSH, close_grasp
+from ..closing.closing import PUSH, close_grasps
 from ..closing.report import ClosingReport
 from ..grasp.grasp import Grasp
 from ..grasp.verdict import NOTICED_FORCE, NOTICED_OVERLAP
@@ -103,11 +103,7 @@ def errors_rung(grasp: Grasp) -> Rung:
     """Return whether the same closing motion still ends in a hold when the palm is off to either side."""
     if not (grasp.feasible and grasp.closing.holds):
         return Rung(SURVIVES, None, "only for a grasp that closes")
-    return errors_found(palm_errors(grasp))
-
-
-def errors_found(reports: Sequence[ClosingReport]) -> Rung:
-    """Return the last rung from how the hand closes with its palm off, as :func:`palm_errors` found it."""
+    reports = palm_errors(grasp)
     held = sum(report.holds for report in reports)
     text = f"the palm {1e3 * PALM_ERROR:g} mm off: holds in {held} of {len(reports)} directions"
     return Rung(SURVIVES, held == len(reports), text)
@@ -141,13 +137,9 @@ def palm_errors(grasp: Grasp, error: float = PALM_ERROR) -> tuple[ClosingReport,
     Returns:
         Six reports: +x, +y, +z, −x, −y, −z of O.
     """
-    return tuple(palm_error(grasp, error * way) for way in np.vstack([np.eye(3), -np.eye(3)]))
-
-
-def palm_error(grasp: Grasp, shift: np.ndarray) -> ClosingReport:
-    """Return how the hand closes by the references of the plan with its palm shifted by a vector in O [m]."""
-    palm = Pose(grasp.palm_pose.rotation, grasp.palm_pose.translation + shift)
-    return close_grasp(replace(grasp, palm_pose=palm), grasp.closing.path)
+    home = grasp.palm_pose
+    palms = [Pose(home.rotation, home.translation + error * way) for way in np.vstack([np.eye(3), -np.eye(3)])]
+    return tuple(close_grasps([replace(grasp, palm_pose=palm) for palm in palms], grasp.closing.path))
 
 
 def _told_apart(size: float, least: float) -> tuple[str, str]:

@@ -61,8 +61,8 @@ def contact_axes(normals: Array) -> Array:
 
 
 def block_diagonal(blocks: Array) -> Array:
-    """Return blocks of shape (n, 3, 3) as one matrix of shape (3 n, 3 n)."""
-    n = len(blocks)
-    matrix = np.zeros((n, 3, n, 3))
-    matrix[np.arange(n), :, np.arange(n), :] = blocks
-    return matrix.reshape(3 * n, 3 * n)
+    """Return blocks of shape (…, n, 3, 3) as one matrix of shape (…, 3 n, 3 n)."""
+    n, each = blocks.shape[-3], np.arange(blocks.shape[-3])
+    matrix = np.zeros((*blocks.shape[:-3], n, 3, n, 3))
+    matrix[..., each, :, each, :] = np.moveaxis(blocks, -3, 0)
+    return matrix.reshape(*blocks.shape[:-3], 3 * n, 3 * n)

@@ -16,11 +16,12 @@ from ..optimisation.nlp import solve_nlp
 from .attempt import WORTH_POLISHING
 from .phase_one import polish
 from .program import GraspProgram, joint_bounds
+from .ranking import serves_nearly
 
 STOP_RESERVE = math.radians(2.1)
 """How far from its stops a joint is held [rad]: two degrees, and a little that a last correction may take."""
-MORE_ANGLE_DEG, MORE_TASK = 5.0, 2.0
-"""Angle that a task may lose against its ellipsoid [degrees], and factor by which C may grow, for a free joint."""
+MORE_COST = 2.0
+"""Factor by which the objective may grow for a free joint."""
 MOST_ITERATIONS, TOLERANCE = 60, 1e-4
 """How long, and to what accuracy, the task is sought off the stops: what is found differs little, or not at all."""
 ROUNDING = 1e-3
@@ -38,7 +39,7 @@ def off_stops(grasp: Grasp, most_force: float, check: Callable[[], None], *, clo
 
     Returns:
         A feasible grasp near it with no joint within two degrees of a stop, F within the bound, every task within
-        five degrees of what it was and C at most twice as large; the grasp itself if none was found, or none is needed.
+        five degrees of what it was and the objective at most twice as large; the grasp itself if none was found, or none is needed.
     """
     if kept_reserve(grasp) > 0.0:
         return grasp
@@ -48,7 +49,7 @@ def off_stops(grasp: Grasp, most_force: float, check: Callable[[], None], *, clo
     except (ValueError, FloatingPointError, np.linalg.LinAlgError):
         return grasp  # no optimum on the way there
     kept = moved.feasible and kept_reserve(moved) > 0.0 and moved.force_norm <= bound * (1.0 + 1e-6)
-    if not kept or not _serves(moved, grasp):
+    if not kept or not serves_nearly(moved, grasp, MORE_COST):
         return grasp
     return grasp if closing and grasp.closing.holds and not moved.closing.holds else moved
 
@@ -80,10 +81,3 @@ def kept_reserve(grasp: Grasp) -> float:
     lower, upper = joint_bounds(grasp.problem.hand, (1.0 - ROUNDING) * STOP_RESERVE)
     q = grasp.joint_angles
     return STOP_RESERVE if bool(np.all((q >= lower) & (q <= upper))) else 0.0
-
-
-def _serves(moved: Grasp, grasp: Grasp) -> bool:
-    """Return whether the tasks are served nearly as well."""
-    angles = zip(moved.alignments, grasp.alignments, strict=True)
-    near = all(after <= before + MORE_ANGLE_DEG or math.isnan(before) for (after, _), (before, _) in angles)
-    return near and moved.task_index <= MORE_TASK * grasp.task_index

@@ -151,7 +151,7 @@ class _Search:
         enough, found, most_force = max(self.options.enough, self.count), self.found, self.solver.most_force
         if self.stopped or found.count < enough:
             return self.stopped
-        if self.closing and found.first_closing(most_force, gentle=True) is None:
+        if self.closing and not found.closing(most_force):
             most = PATIENCE * enough
             return found.different >= most or found.count >= PATIENCE * most
         if self.count > 1 and found.different >= self._worth_counting:

@@ -6,12 +6,15 @@ import math
 
 import numpy as np
 
-from ..grasp.grasp import Grasp
+from ..grasp.grasp import Grasp, find_closings
 
 SAME_PLACE, SAME_ANGLE = 1e-3, 5e-3
 """Distance of palms [m], of joint angles [rad] and of entries of the palms' rotations within which grasps are one."""
 ALIKE_ANGLE, ALIKE_PLACE = 0.05, 0.005
 """Root mean square distances of joint angles [rad] and of contact points [m] below which two grasps are alike."""
+MORE_ANGLE_DEG, MORE_COST = 5.0, 4.0
+"""Angle that a task may lose against its ellipsoid [degrees], and factor by which the objective may grow, for fingers
+that slide less while they close: a task is then transmitted at least half as well."""
 MOST_KEPT = 256
 """Different grasps that are kept; beyond them the best half of those no two of which are alike."""
 
@@ -59,6 +62,19 @@ def alike(first: Grasp, second: Grasp) -> bool:
     return bool(np.vdot(apart, apart) < ALIKE_PLACE**2 * len(apart))
 
 
+def serves_nearly(grasp: Grasp, other: Grasp, more_cost: float) -> bool:
+    """Return whether a grasp serves every task, and other costs, nearly as well as another one.
+
+    Args:
+        grasp: The grasp.
+        other: The other one, of a problem without weights.
+        more_cost: Factor by which the objective may be larger.
+    """
+    angles = zip(grasp.alignments, other.alignments, strict=True)
+    near = all(mine <= its + MORE_ANGLE_DEG or math.isnan(its) for (mine, _), (its, _) in angles)
+    return near and grasp.objective <= more_cost * other.objective
+
+
 class FoundGrasps:
     """The feasible grasps of a search.
 
@@ -95,24 +111,39 @@ class FoundGrasps:
         """Return the best grasp, None if there is none."""
         return next(iter(self.ranked(most_force)), None)
 
-    def first_closing(self, most_force: float = math.inf, *, gentle: bool = False) -> Grasp | None:
-        """Return the best of those that close from an open hand, None if none does; worse ones are not looked at.
+    def closing(self, most_force: float = math.inf) -> list[Grasp]:
+        """Return the different grasps that close from an open hand, the best first; F is at most ``most_force``."""
+        ranked = [grasp for grasp in self.ranked(most_force) if not _excess(grasp, most_force)]
+        find_closings(ranked)
+        return [grasp for grasp in ranked if grasp.closing.holds]
 
-        Args:
-            most_force: F that a grasp may take [N].
-            gentle: Whether only those count that take no more.
+    def surest_closing(self, most_force: float = math.inf) -> Grasp | None:
+        """Return of those that close the one whose fingers slide least over the object meanwhile; None if none closes.
+
+        Without weights only: it serves every task nearly as well as the best that closes. Fingers that arrive where
+        they were planned still do so, more or less, where the palm or the object is a little off.
         """
-        ranked = (grasp for grasp in self.ranked(most_force) if not gentle or not _excess(grasp, most_force))
-        return next((grasp for grasp in ranked if grasp.closing.holds), None)
+        closing = self.closing(most_force)
+        if not closing or closing[0].problem.parameters.weighted:
+            return next(iter(closing), None)
+        near = (grasp for grasp in closing if grasp is closing[0] or serves_nearly(grasp, closing[0], MORE_COST))
+        return min(near, key=lambda grasp: float(grasp.closing.slip.max()))
 
     def best(self, count: int, *, closing: bool, most_force: float = math.inf) -> tuple[Grasp, ...]:
-        """Return the best grasps of which no two are alike, at most so many; if so asked those that close first."""
-        if count == 1:
-            chosen = (self.first_closing(most_force) if closing else None) or self.first(most_force)
-            return () if chosen is None else (chosen,)
+        """Return the best grasps of which no two are alike, at most so many.
+
+        Args:
+            count: How many.
+            closing: Whether those that close go first, :meth:`surest_closing` before them all.
+            most_force: F that a grasp may take [N].
+        """
         ordered = self.ranked(most_force)
-        if closing:
+        surest = self.surest_closing(most_force) if closing else None
+        if closing and (count > 1 or surest is None):
+            find_closings(ordered)
             ordered.sort(key=lambda grasp: not grasp.closing.holds)
+        if surest is not None:
+            ordered.sort(key=lambda grasp: grasp is not surest)
         found: list[Grasp] = []
         for grasp in ordered:
             if len(found) < count and not any(alike(grasp, each) for each in found):

@@ -5,24 +5,19 @@ from __future__ import annotations
 import html
 from collections import OrderedDict
 
-import numpy as np
 import viser
 
 from ..analysis.ladder import (
     CLOSES,
     NOT_MET,
-    PALM_ERROR,
     SURVIVES,
     Rung,
     clear_rung,
     closes_rung,
-    errors_found,
     errors_rung,
     holds_rung,
     model_rung,
-    palm_error,
 )
-from ..closing.report import ClosingReport
 from ..grasp.grasp import Grasp
 from .session import Session
 from .text import CARD
@@ -31,7 +26,6 @@ from .verdict_card import verdict_card
 KEPT = 16
 """Grasps whose answers are kept."""
 OPEN = "being checked …"
-SHIFTS = PALM_ERROR * np.vstack([np.eye(3), -np.eye(3)])
 
 
 class LadderCheck:
@@ -39,7 +33,7 @@ class LadderCheck:
 
     def __init__(self) -> None:
         self._closes: OrderedDict[int, tuple[Grasp, Rung]] = OrderedDict()
-        self._errors: dict[int, list[ClosingReport]] = {}
+        self._errors: dict[int, Rung] = {}
 
     def rungs(self, grasp: Grasp) -> tuple[Rung, ...]:
         """Return the ladder as far as it is known."""
@@ -48,11 +42,7 @@ class LadderCheck:
             return *below, Rung(CLOSES, None, NOT_MET), Rung(SURVIVES, None, NOT_MET)
         if id(grasp) not in self._closes:
             return *below, Rung(CLOSES, None, OPEN), Rung(SURVIVES, None, OPEN)
-        closes, reports = self._closes[id(grasp)][1], self._errors[id(grasp)]
-        if not closes.met:
-            return *below, closes, errors_rung(grasp)
-        whole = len(reports) == len(SHIFTS)
-        return *below, closes, errors_found(reports) if whole else Rung(SURVIVES, None, OPEN)
+        return *below, self._closes[id(grasp)][1], self._errors.get(id(grasp), Rung(SURVIVES, None, OPEN))
 
     def step(self, grasp: Grasp) -> bool:
         """Find one piece more; return whether there was one to find."""
@@ -60,15 +50,13 @@ class LadderCheck:
             return False
         if id(grasp) not in self._closes:
             self._closes[id(grasp)] = grasp, closes_rung(grasp)
-            self._errors[id(grasp)] = []
             if len(self._closes) > KEPT:
                 old, _ = self._closes.popitem(last=False)
-                del self._errors[old]
+                self._errors.pop(old, None)
             return True
-        reports = self._errors[id(grasp)]
-        if not self._closes[id(grasp)][1].met or len(reports) == len(SHIFTS):
+        if id(grasp) in self._errors:
             return False
-        reports.append(palm_error(grasp, SHIFTS[len(reports)]))
+        self._errors[id(grasp)] = errors_rung(grasp)
         return True
 
 
