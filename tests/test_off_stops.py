@@ -11,7 +11,7 @@ import pytest
 import grasp_planner as gp
 from grasp_planner.analysis.sensitivity import optimum_near
 from grasp_planner.planning import off_stops as step
-from grasp_planner.planning import planner
+from grasp_planner.planning import planner, ranking
 from grasp_planner.planning.program import joint_bounds
 
 from .stored import stored
@@ -47,8 +47,8 @@ def test_joints_come_off_their_stops_at_the_same_force_and_nearly_the_same_task(
     assert moved.feasible
     assert room(moved).min() > TWO
     assert moved.force_norm <= 1.5 * moved.search.least_force * (1 + 1e-6)
-    assert moved.alignments[0][0] <= plain.alignments[0][0] + step.MORE_ANGLE_DEG
-    assert moved.task_index <= step.MORE_TASK * plain.task_index
+    assert moved.alignments[0][0] <= plain.alignments[0][0] + ranking.MORE_ANGLE_DEG
+    assert moved.objective <= step.MORE_COST * plain.objective
     assert moved.search.least_force is not None
 
 
@@ -56,10 +56,10 @@ def nothing() -> None:
     """Never stop."""
 
 
-@pytest.mark.parametrize(("name", "most"), [("MORE_TASK", 0.9), ("MORE_ANGLE_DEG", -180.0)])
-def test_a_task_that_would_suffer_keeps_the_grasp(found, monkeypatch, name, most):
+@pytest.mark.parametrize(("where", "name", "most"), [(step, "MORE_COST", 0.9), (ranking, "MORE_ANGLE_DEG", -180.0)])
+def test_a_task_that_would_suffer_keeps_the_grasp(found, monkeypatch, where, name, most):
     plain, _ = found
-    monkeypatch.setattr(step, name, most)
+    monkeypatch.setattr(where, name, most)
     assert step.off_stops(plain, plain.force_norm, nothing, closing=False) is plain
 
 

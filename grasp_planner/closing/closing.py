@@ -105,7 +105,8 @@ def _closing(grasp: PosedGrasp, path: ReferencePath, safety: float) -> Work[tupl
         rest = yield from walk.released(rest)
     used, n_c = walk.solver.used, len(problem.frames)
     push = safety * (problem.loads.force or PUSH)
-    forces, use = np.full((n_c, 3), np.nan), np.zeros(n_c)
+    forces: Array = np.full((n_c, 3), np.nan)
+    use: Array = np.zeros(n_c)
     pushes: Array = np.full(len(PUSHES), np.inf)
     displacement = rotation = overlap = torque_use = np.inf
     if rest is not None:

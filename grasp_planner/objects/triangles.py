@@ -6,6 +6,7 @@ al., Fast winding numbers for soups and clouds, 2018).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -93,14 +94,15 @@ def normal_spread(mesh: trimesh.Trimesh, points: Array, radius: float) -> Array:
     triangles = np.asarray(mesh.triangles)
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     sized = np.asarray(mesh.area_faces) > SLIVER * radius**2
-    spread = np.zeros(len(points))
-    for k, point in enumerate(points):
-        around = np.flatnonzero(((low <= point + radius) & (high >= point - radius)).all(axis=1) & sized)
-        near = _near(mesh, around, point, radius)
-        spread[k] = _widest_angle(mesh.face_normals[near]) if np.isfinite(point).all() else np.nan
+    spread = np.full(len(points), np.nan)
+    known = np.flatnonzero(np.isfinite(points).all(axis=1))
+    boxes = [((low <= point + radius) & (high >= point - radius)).all(axis=1) & sized for point in points[known]]
+    patches = _near(mesh, [np.flatnonzero(box) for box in boxes], points[known], radius)
+    for k, near in zip(known, patches, strict=True):
+        spread[k] = _widest_angle(mesh.face_normals[near])
         if spread[k] > EVEN:
-            sides = _sides(mesh, near, point, radius)
-            outer = _near(mesh, near[sides != 0], point, radius)
+            sides = _sides(mesh, near, points[k], radius)
+            (outer,) = _near(mesh, [near[sides != 0]], points[k : k + 1], radius)
             spread[k] = _widest_angle(mesh.face_normals[outer] * sides[np.searchsorted(near, outer), None])
     return spread
 
@@ -127,24 +129,31 @@ def _sides(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -
     return inside[1].astype(np.intp) - inside[0]
 
 
-def _near(mesh: trimesh.Trimesh, faces: Indices, point: Array, radius: float) -> Indices:
-    """Return those faces within a radius of a point that hang together with the nearest one."""
+def _near(mesh: trimesh.Trimesh, faces: Sequence[Indices], points: Array, radius: float) -> list[Indices]:
+    """Return for each point those of its faces within a radius that hang together with the nearest one."""
     import trimesh
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    if len(faces) == 0:
-        return faces
-    closest = trimesh.triangles.closest_point(mesh.triangles[faces], np.tile(point, (len(faces), 1)))
-    distance = np.linalg.norm(closest - point, axis=1)
-    faces, distance = faces[distance <= radius], distance[distance <= radius]
-    if len(faces) == 0:
-        return faces
-    corners = np.unique(mesh.faces[faces], return_inverse=True)[1].reshape(-1)
-    rows, count = np.repeat(np.arange(len(faces)), 3), len(faces) + int(corners.max()) + 1
-    links = coo_array((np.ones(len(rows)), (rows, len(faces) + corners)), shape=(count, count))
-    labels = connected_components(links, directed=False)[1][: len(faces)]
-    return faces[labels == labels[np.argmin(distance)]]
+    of = np.repeat(np.arange(len(faces)), [len(each) for each in faces])
+    if not of.size:
+        return list(faces)
+    every = np.concatenate(faces)
+    closest = trimesh.triangles.closest_point(mesh.triangles[every], points[of])
+    distance = np.linalg.norm(closest - points[of], axis=1)
+    within = distance <= radius
+    every, of, distance = every[within], of[within], distance[within]
+    # Corners are nodes too, each point with its own: of different points nothing hangs together.
+    corners = np.unique((mesh.faces[every] + of[:, None] * len(mesh.vertices)).ravel(), return_inverse=True)[1]
+    rows, count = np.repeat(np.arange(len(every)), 3), len(every) + corners.max(initial=-1) + 1
+    links = coo_array((np.ones(len(rows)), (rows, len(every) + corners)), shape=(count, count))
+    labels = connected_components(links, directed=False)[1][: len(every)]
+    result = []
+    for k in range(len(faces)):
+        mine = np.flatnonzero(of == k)
+        nearest = labels[mine[np.argmin(distance[mine])]] if mine.size else 0
+        result.append(every[mine[labels[mine] == nearest]])
+    return result
 
 
 def _signed(mesh: trimesh.Trimesh, points: Array) -> tuple[Array, Indices, Array]:

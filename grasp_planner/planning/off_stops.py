@@ -39,7 +39,8 @@ def off_stops(grasp: Grasp, most_force: float, check: Callable[[], None], *, clo
 
     Returns:
         A feasible grasp near it with no joint within two degrees of a stop, F within the bound, every task within
-        five degrees of what it was and the objective at most twice as large; the grasp itself if none was found, or none is needed.
+        five degrees of what it was and the objective at most twice as large; the grasp itself if none was found, or
+        none is needed.
     """
     if kept_reserve(grasp) > 0.0:
         return grasp
