@@ -92,11 +92,15 @@ class ContactGeometry:
 class ContactGeometryEvaluator:
     """Evaluates the contact geometry of a problem; has its own Pinocchio workspace, for one thread."""
 
-    def __init__(self, problem: GraspProblem, chart: PoseChart) -> None:
+    def __init__(self, problem: GraspProblem, chart: PoseChart, like: ContactGeometryEvaluator | None = None) -> None:
+        """Make an evaluator; of another one it takes the workspace where that has the same hand and contacts."""
         self.problem = problem
         self.chart = chart
         self.layout = VariableLayout.of(problem)
-        self._kinematics = HandKinematics(problem.hand, problem.frames)
+        shared: HandKinematics | None = None if like is None else like._kinematics
+        if shared is None or shared.hand is not problem.hand or shared.frames != tuple(problem.frames):
+            shared = HandKinematics(problem.hand, problem.frames)
+        self._kinematics: HandKinematics = shared
         self._radii = problem.radii
         self._round = bool(self._radii.any())
         self._model = None if isinstance(problem.contact_model, HardFinger) else problem.contact_model

@@ -14,27 +14,27 @@ from .variables import PoseChart, VariableLayout
 class PosedHandEvaluator:
     """Evaluates contact geometry and clearances and keeps the last ones: forces do not change them. For one thread."""
 
-    def __init__(
-        self, problem: GraspProblem, reference_pose: pin.SE3, clearance: ClearanceEvaluator | None = None
-    ) -> None:
-        """Make an evaluator; the clearances of another one may be given where they serve the problem."""
+    def __init__(self, problem: GraspProblem, reference_pose: pin.SE3, like: PosedHandEvaluator | None = None) -> None:
+        """Make an evaluator; what it may share with another one it takes from there."""
         self.problem, self.reference_pose = problem, reference_pose
         self.chart = PoseChart.around(reference_pose)
-        self.clearance = clearance
-        if clearance is None and problem.clearance.needs_geometry:
-            self.clearance = ClearanceEvaluator(problem)
-        self._geometry = ContactGeometryEvaluator(problem, self.chart)
+        shared: ClearanceEvaluator | None = None if like is None else like.clearance
+        if shared is None or not shared.serves(problem):
+            shared = ClearanceEvaluator(problem) if problem.clearance.needs_geometry else None
+        self.clearance: ClearanceEvaluator | None = shared
+        geometry: ContactGeometryEvaluator | None = None if like is None else like._geometry
+        self._geometry: ContactGeometryEvaluator = ContactGeometryEvaluator(problem, self.chart, geometry)
         self._posed = slice(0, VariableLayout.of(problem).n_geometric)
         self._last: tuple[bytes, ContactGeometry, ClearanceState | None] | None = None
 
     @classmethod
     def of(cls, problem: GraspProblem, reference_pose: pin.SE3, like: PosedHandEvaluator | None) -> PosedHandEvaluator:
         """Return an evaluator, another one or what may be shared of it."""
-        if like is None:
-            return cls(problem, reference_pose)
-        shared = like.clearance if like.clearance is not None and like.clearance.serves(problem) else None
-        same = shared is not None and problem.contact_model == like.problem.contact_model
-        return like if same and reference_pose is like.reference_pose else cls(problem, reference_pose, shared)
+        if like is None or reference_pose is not like.reference_pose:
+            return cls(problem, reference_pose, like)
+        shared = like.clearance is not None and like.clearance.serves(problem)
+        same = shared and problem.contact_model == like.problem.contact_model
+        return like if same else cls(problem, reference_pose, like)
 
     def evaluate(self, x: Array) -> tuple[ContactGeometry, ClearanceState | None]:
         """Evaluate contacts and clearances.

@@ -59,9 +59,9 @@ class Attempt:
     _posed: tuple[Array, Grasp] | None = None
 
     @classmethod
-    def at(cls, index: int, problem: GraspProblem, start: GraspStart) -> Attempt:
-        """Return an attempt that stands at a start."""
-        program = GraspProgram(problem, start.palm_pose)
+    def at(cls, index: int, problem: GraspProblem, start: GraspStart, like: GraspProgram | None = None) -> Attempt:
+        """Return an attempt that stands at a start; of another program it takes what it may share."""
+        program = GraspProgram(problem, start.palm_pose, like)
         z = program.pack(start.joint_angles, start.palm_pose, start.delta_sigma, start.contact_forces)
         program.check_own_terms(z)
         return cls(index, program, z, start.prepared)

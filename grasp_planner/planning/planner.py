@@ -17,6 +17,7 @@ from .attempt import Attempt, AttemptSolver
 from .neighbours import NearGrasps
 from .off_stops import off_stops
 from .preparation import search_starts
+from .program import GraspProgram
 from .ranking import FoundGrasps, alike
 from .side_contacts import moved_contacts
 from .starts import GraspStart, standard_start
@@ -143,6 +144,7 @@ class _Search:
         self._last_resort: Grasp | None = None
         self.found = FoundGrasps()
         self._near: NearGrasps | None = None
+        self._program: GraspProgram | None = None
         self._worth_counting = count  # different grasps before which there can't be enough that are not alike
 
     @property
@@ -190,7 +192,8 @@ class _Search:
 
     def _try_start(self, index: int, start: GraspStart) -> None:
         """Solve from one start and keep the result if it is the best so far."""
-        attempt = Attempt.at(index, self.problem, start)
+        attempt = Attempt.at(index, self.problem, start, self._program)
+        self._program = attempt.program
         self.tried += 1
         try:
             self.solver.solve(attempt)

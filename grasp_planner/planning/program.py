@@ -57,9 +57,11 @@ class GraspProgram:
         evaluations: States evaluated so far.
     """
 
-    def __init__(self, problem: GraspProblem, reference_pose: pin.SE3) -> None:
+    def __init__(self, problem: GraspProblem, reference_pose: pin.SE3, like: GraspProgram | None = None) -> None:
+        """Make a program; what it may share with another one it takes from there."""
         self.problem = problem
-        self.evaluator = StateEvaluator(problem, reference_pose)
+        evaluator: StateEvaluator | None = None if like is None else like.evaluator
+        self.evaluator: StateEvaluator = StateEvaluator(problem, reference_pose, evaluator)
         self.scale = self._variable_scale()
         self.evaluations = 0
         self._key: bytes | None = None
