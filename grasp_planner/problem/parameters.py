@@ -23,6 +23,11 @@ TorqueModel = Literal["total", "internal"]
 ForceLaw = Literal["springs", "controllable"]
 
 
+CLOSING_WEIGHT = 3.0
+"""Weight of fingers that do not close along the surface normal where least force comes first and none is given: C
+hardly grows by it, and fingers that close so arrive more often where the palm or the object is a little off."""
+
+
 def _preference(what: str) -> float:
     """Return the setting of a small cost's weight."""
     weight: float = setting(0.0, f"Weight of {what}, as a share of C.", low=0.0, high=1e3, step=0.1)
@@ -48,7 +53,8 @@ class GraspParameters(Value):
         sharing_weight: How much uneven normal forces add to C, as a share of it; 0: nothing, like the next three.
         stop_weight: The same for joints near their stops.
         mean_weight: The same for distance from the synergies' mean posture.
-        closing_weight: The same for fingers that do not press along the surface normal as they close.
+        closing_weight: The same for fingers that do not press along the surface normal as they close; None:
+            :data:`CLOSING_WEIGHT`, and with weights 0.
         gravity: Acceleration of gravity in O [m/s²], of shape (3,) (choice A4: along −z).
         torque_model: Which torque bends the joints in eq. (10): that of the ``total`` contact force, or of the
             ``internal`` forces only as in eq. (33) (choice A5). If None, total, or internal in the paper's problem.
@@ -125,7 +131,15 @@ class GraspParameters(Value):
     sharing_weight: float = _preference("normal forces that fingers do not share")
     stop_weight: float = _preference("joints near their stops")
     mean_weight: float = _preference("distance from the synergies' mean posture")
-    closing_weight: float = _preference("fingers that do not close along the surface normal")
+    closing_weight: float | None = setting(
+        None,
+        "Weight of fingers that do not close along the surface normal, as a share of C.",
+        kind="number",
+        low=0.0,
+        high=1e3,
+        step=0.1,
+        none=f"{CLOSING_WEIGHT:g}; 0 with weights of F and C",
+    )
     gravity: Array = setting(
         lambda: readonly([0.0, 0.0, -STANDARD_GRAVITY]),
         "Gravity x,y,z in the object frame.",
@@ -193,6 +207,13 @@ class GraspParameters(Value):
         """Return what stands where nothing is given."""
         law = "controllable" if self.torque_model == "internal" else "springs"
         return hand_parameters(hand) | {"torque_model": "total", "force_law": law}
+
+    @property
+    def closing_preference(self) -> float:
+        """The weight of fingers that do not close along the surface normal, given or not."""
+        if self.closing_weight is not None:
+            return self.closing_weight
+        return 0.0 if self.weighted else CLOSING_WEIGHT
 
     @property
     def weighted(self) -> bool:

@@ -24,6 +24,10 @@ class ClosingNormals(SmallCost):
 
     name, setting = "closing_normals", "closing_weight"
 
+    def weight(self, problem: GraspProblem) -> float:
+        """Return its weight in a problem, where least force comes first also if none is given."""
+        return problem.parameters.closing_preference
+
     def measure(self, problem: GraspProblem, state: GraspState) -> tuple[float, Array]:
         """Return the measure and its gradient."""
         geometry, joints = state.geometry, slice(0, problem.hand.n_joints)
