@@ -139,7 +139,7 @@ def palm_errors(grasp: Grasp, error: float = PALM_ERROR) -> tuple[ClosingReport,
     """
     home = grasp.palm_pose
     palms = [Pose(home.rotation, home.translation + error * way) for way in np.vstack([np.eye(3), -np.eye(3)])]
-    return tuple(close_grasps([replace(grasp, palm_pose=palm) for palm in palms], grasp.closing.path))
+    return tuple(close_grasps([replace(grasp, palm_pose=palm) for palm in palms], grasp.closing.path, free=True))
 
 
 def _told_apart(size: float, least: float) -> tuple[str, str]:

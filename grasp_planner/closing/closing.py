@@ -8,6 +8,7 @@ transmit forces only: what a soft finger adds by torsion is left out.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,7 +52,7 @@ def close_grasp(grasp: PosedGrasp, path: ReferencePath | None = None, *, safety:
 
 
 def close_grasps(
-    grasps: Sequence[PosedGrasp], path: ReferencePath | None = None, *, safety: float = SAFETY
+    grasps: Sequence[PosedGrasp], path: ReferencePath | None = None, *, safety: float = SAFETY, free: bool = False
 ) -> list[ClosingReport]:
     """Return how grasps close; those of one problem are computed together, and many cost little more than one.
 
@@ -59,6 +60,8 @@ def close_grasps(
         grasps: The grasps.
         path: The references of all; if None, each finds its own, as in :func:`close_grasp`.
         safety: How many times as hard as the load cases they are pushed.
+        free: Along a path that is given: whether nothing holds the object while the hand closes. Without weight, it
+            then gives way to the fingers, and weighs at last.
 
     Returns:
         How each closes.
@@ -69,13 +72,22 @@ def close_grasps(
         alike.setdefault(id(grasp.problem), []).append(index)
     for indices in alike.values():
         chosen = [grasps[index] for index in indices]
-        works = [_best_way(grasp, safety) if path is None else _closing(grasp, path, safety) for grasp in chosen]
+        works = (_best_way(each, safety) if path is None else _closing(each, path, safety, free) for each in chosen)
         ended = run_together(RestEvaluator(chosen[0].problem), works)
         reports.update((index, report) for index, (report, _) in zip(indices, ended, strict=True))
     return [reports[index] for index in range(len(grasps))]
 
 
 def _best_way(grasp: PosedGrasp, safety: float) -> Work[tuple[ClosingReport, int]]:
+    """Return the best of several ways, whether it also holds an object that is free, and the evaluations of all."""
+    best, used = yield from _first_way(grasp, safety)
+    if best.holds:
+        freely, more = yield from _closing(grasp, best.path, safety, free=True)
+        best, used = replace(best, holds_free=freely.holds), used + more
+    return best, used
+
+
+def _first_way(grasp: PosedGrasp, safety: float) -> Work[tuple[ClosingReport, int]]:
     """Return of several ways the first that holds, or the one that comes nearest, and the evaluations of all."""
     best: ClosingReport | None = None
     used = 0
@@ -95,12 +107,14 @@ def _best_way(grasp: PosedGrasp, safety: float) -> Work[tuple[ClosingReport, int
     return best, used
 
 
-def _closing(grasp: PosedGrasp, path: ReferencePath, safety: float) -> Work[tuple[ClosingReport, int]]:
+def _closing(
+    grasp: PosedGrasp, path: ReferencePath, safety: float, free: bool = False
+) -> Work[tuple[ClosingReport, int]]:
     """Close, let go, push; return how that went, and its evaluations."""
     problem = grasp.problem
     touches = find_touches(grasp, path)
     walk = Walk(grasp, path, touches, BUDGET)
-    rest = yield from walk.closed()
+    rest = yield from walk.closed(free=free)
     if rest is not None:
         rest = yield from walk.released(rest)
     used, n_c = walk.solver.used, len(problem.frames)

@@ -16,6 +16,9 @@ from .touches import Touches
 
 CLOSING_STEPS = 8
 """Steps of the references from the first touch to the squeeze."""
+FREE_STEPS, FREE_DRAG = 10, 300.0
+"""Steps where nothing holds the object, and the force against its motion in a step [N/m]: the fingers, ten times as
+stiff, push it on before them."""
 MAX_DEPTH = 2
 """How often a step is halved before it counts as impossible."""
 DRAGS = (2e3, 1e3, 5e2, 2e2, 1e2, 50.0)
@@ -49,16 +52,19 @@ class Walk:
         self.synergies = grasp.problem.synergies
         self.slip = np.zeros(len(grasp.problem.frames))
 
-    def closed(self) -> Work[RestState | None]:
-        """Close the hand around the object that is held; None if there is no way."""
+    def closed(self, *, free: bool = False) -> Work[RestState | None]:
+        """Close the hand around the object, which is held or free to give way; None if there is no way."""
         touches, path = self.touches, self.path
         touched = touches.times[np.isfinite(touches.times)]
         if not touched.size:
             return None
         state = self.solver.begin(free_posture(self.grasp, path.open))
         began = float(touched.min())
-        for time in np.union1d(touched[touched > began], np.linspace(began, 2.0, CLOSING_STEPS + 1)[1:]):
-            found = yield from self._advance(state, began, float(time), self._held)
+        times = np.linspace(began, 2.0, (FREE_STEPS if free else CLOSING_STEPS) + 1)[1:]
+        if not free:  # a free object is not where it is touched next
+            times = np.union1d(touched[touched > began], times)
+        for time in times:
+            found = yield from self._advance(state, began, float(time), self._giving_way if free else self._held)
             if found is None:
                 return None
             state, began = found, float(time)
@@ -102,6 +108,11 @@ class Walk:
         conditions = Conditions(self.synergies.joint_angles(self.path.at(time)), anchors)
         return (yield from self.solver.solve(state, conditions))
 
+    def _giving_way(self, state: RestState, _: float, time: float, __: bool) -> Work[RestState | None]:
+        """Move the references on, the object, without weight, giving way to the fingers; None if it is lost."""
+        reference = self.synergies.joint_angles(self.path.at(time))
+        return (yield from self._rested(state, np.zeros(6), FREE_DRAG, reference))
+
     def _advance(
         self, state: RestState, began: float, time: float, step: Step, depth: int = 0
     ) -> Work[RestState | None]:
@@ -137,9 +148,16 @@ class Walk:
                 return found
         return None
 
-    def _rested(self, state: RestState, wrench: Array, drag: float) -> Work[RestState | None]:
-        """Return the state of rest of the free object under a drag, None if there is none within the limits."""
-        n_c, reference = len(state.gaps), self.synergies.joint_angles(self.path.squeezing)
+    def _rested(
+        self, state: RestState, wrench: Array, drag: float, reference: Array | None = None
+    ) -> Work[RestState | None]:
+        """Return the state of rest of the free object under a drag, None if there is none within the limits.
+
+        The references are the last ones, unless others are given.
+        """
+        n_c = len(state.gaps)
+        if reference is None:
+            reference = self.synergies.joint_angles(self.path.squeezing)
         anchors = Anchors(state.centres, np.tile(state.q, (n_c, 1)), np.full(n_c, True))
         found = yield from self.solver.solve(state, Conditions(reference, anchors, wrench, drag))
         if found is None:

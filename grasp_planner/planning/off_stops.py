@@ -22,6 +22,10 @@ STOP_RESERVE = math.radians(2.1)
 """How far from its stops a joint is held [rad]: two degrees, and a little that a last correction may take."""
 MORE_COST = 2.0
 """Factor by which the objective may grow for a free joint."""
+MORE_FORCE = 1e-4
+"""Share of F by which a last correction may leave its bound."""
+MORE_SLIP = 2e-4
+"""How much farther a finger may slide while the hand closes [m]."""
 MOST_ITERATIONS, TOLERANCE = 60, 1e-4
 """How long, and to what accuracy, the task is sought off the stops: what is found differs little, or not at all."""
 ROUNDING = 1e-3
@@ -35,7 +39,7 @@ def off_stops(grasp: Grasp, most_force: float, check: Callable[[], None], *, clo
         grasp: A feasible grasp of a problem without weights.
         most_force: F that the best task may take [N].
         check: Called at every iteration; may raise to stop.
-        closing: Whether a grasp that closes from an open hand has to go on doing so.
+        closing: Whether a grasp that closes from an open hand has to go on doing so as surely.
 
     Returns:
         A feasible grasp near it with no joint within two degrees of a stop, F within the bound, every task within
@@ -49,10 +53,19 @@ def off_stops(grasp: Grasp, most_force: float, check: Callable[[], None], *, clo
         moved = _sought(grasp, bound, check)
     except (ValueError, FloatingPointError, np.linalg.LinAlgError):
         return grasp  # no optimum on the way there
-    kept = moved.feasible and kept_reserve(moved) > 0.0 and moved.force_norm <= bound * (1.0 + 1e-6)
+    kept = moved.feasible and kept_reserve(moved) > 0.0 and moved.force_norm <= bound * (1.0 + MORE_FORCE)
     if not kept or not serves_nearly(moved, grasp, MORE_COST):
         return grasp
-    return grasp if closing and grasp.closing.holds and not moved.closing.holds else moved
+    return grasp if closing and not _closes_as_surely(moved, grasp) else moved
+
+
+def _closes_as_surely(moved: Grasp, grasp: Grasp) -> bool:
+    """Return whether a grasp closes no worse than another one: with fingers that hardly slide more."""
+    after, before = moved.closing, grasp.closing
+    if not before.holds:
+        return True
+    steady = after.holds_free or not before.holds_free
+    return after.holds and steady and float(after.slip.max()) <= float(before.slip.max()) + MORE_SLIP
 
 
 def _sought(grasp: Grasp, most_force: float, check: Callable[[], None]) -> Grasp:

@@ -118,16 +118,17 @@ class FoundGrasps:
         return [grasp for grasp in ranked if grasp.closing.holds]
 
     def surest_closing(self, most_force: float = math.inf) -> Grasp | None:
-        """Return of those that close the one whose fingers slide least over the object meanwhile; None if none closes.
+        """Return the one that closes most surely of those that serve every task nearly as well as the best that closes.
 
-        Without weights only: it serves every task nearly as well as the best that closes. Fingers that arrive where
-        they were planned still do so, more or less, where the palm or the object is a little off.
+        That is one that closes around an object that nothing holds, before all others, and then the one whose fingers
+        slide least: fingers that arrive where they were planned still do so, more or less, where the palm or the object
+        is a little off. With weights it is the best that closes; None if none does.
         """
         closing = self.closing(most_force)
         if not closing or closing[0].problem.parameters.weighted:
             return next(iter(closing), None)
         near = (grasp for grasp in closing if grasp is closing[0] or serves_nearly(grasp, closing[0], MORE_COST))
-        return min(near, key=lambda grasp: float(grasp.closing.slip.max()))
+        return min(near, key=lambda grasp: (not grasp.closing.holds_free, float(grasp.closing.slip.max())))
 
     def best(self, count: int, *, closing: bool, most_force: float = math.inf) -> tuple[Grasp, ...]:
         """Return the best grasps of which no two are alike, at most so many.

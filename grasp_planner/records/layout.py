@@ -166,6 +166,9 @@ class ClosingRecord(Record):
     torque_use: Optional = Field(default=None, description="largest share of a joint's torque limit at rest")
     push: Number = Field(description="N")
     pushes: list[Optional] = Field(description="how far a push along +x, +y, +z, −x, −y, −z moves the object, m")
+    holds_free: bool | None = Field(
+        default=None, description="whether it holds them, too, where nothing holds the object while the hand closes"
+    )
 
 
 class ViolationRecord(Record):

@@ -151,4 +151,5 @@ def closing_record(closing: ClosingReport) -> ClosingRecord:
         torque_use=finite_or_none(closing.torque_use),
         push=closing.push,
         pushes=[finite_or_none(moved) for moved in closing.pushes],
+        holds_free=closing.holds_free,
     )
