@@ -74,7 +74,7 @@ def test_the_push_printed_reaches_what_is_wanted_just_where_the_rung_is_met(aske
 
 def test_the_palm_is_off_by_what_is_said_to_both_sides(grasp, monkeypatch):
     seen = []
-    monkeypatch.setattr(ladder, "close_grasps", lambda off, path, free: [seen.append((each, path)) for each in off])
+    monkeypatch.setattr(ladder, "close_grasps", lambda off, path, **_: [seen.append((each, path)) for each in off])
     ladder.palm_errors(grasp, 0.003)
     shifts = np.array([moved.palm_pose.translation - grasp.palm_pose.translation for moved, _ in seen])
     np.testing.assert_allclose(np.linalg.norm(shifts, axis=1), 0.003)

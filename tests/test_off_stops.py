@@ -81,7 +81,7 @@ def test_less_force_is_never_given_up_for_it(found):
     moved = step.off_stops(plain, 10.0 * plain.force_norm, nothing, closing=False)
     assert moved.force_norm <= 10.0 * plain.force_norm
     stayed = step.off_stops(plain, 0.0, nothing, closing=False)
-    assert stayed.force_norm <= plain.force_norm * (1 + 1e-6)
+    assert stayed.force_norm <= plain.force_norm * (1 + step.MORE_FORCE)
 
 
 def test_the_optimum_near_such_a_grasp_keeps_its_reserve(found):

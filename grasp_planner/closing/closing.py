@@ -82,7 +82,7 @@ def _best_way(grasp: PosedGrasp, safety: float) -> Work[tuple[ClosingReport, int
     """Return the best of several ways, whether it also holds an object that is free, and the evaluations of all."""
     best, used = yield from _first_way(grasp, safety)
     if best.holds:
-        freely, more = yield from _closing(grasp, best.path, safety, free=True)
+        freely, more = yield from _closing(grasp, best.path, 1.0, free=True)
         best, used = replace(best, holds_free=freely.holds), used + more
     return best, used
 

@@ -35,8 +35,8 @@ class ClosingReport(Value):
         torque_use: Largest share of a joint's torque limit at rest.
         pushes: How far a push along ±x, ±y, ±z moves it [m]; infinite where it is lost, of shape (6,).
         push: How strong these pushes are, unless told otherwise a half more than the load cases ask for [N].
-        holds_free: Whether it holds every push, too, where nothing holds the object while the hand closes; None where
-            that was not looked at.
+        holds_free: Whether it also holds pushes as strong as the load cases where nothing holds the object while the
+            hand closes; None where that was not looked at.
     """
 
     path: ReferencePath

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -98,20 +99,24 @@ class Walk:
 
     def _held(self, state: RestState, began: float, time: float, _: bool) -> Work[RestState | None]:
         """Move the references on, the object held."""
-        touches = self.touches
-        fresh = (touches.times >= began) & (touches.times <= time)
-        anchors = Anchors(
-            np.where(fresh[:, None], touches.centres, state.centres),
-            np.where(fresh[:, None], touches.postures, state.q),
-            touches.times <= time,
-        )
-        conditions = Conditions(self.synergies.joint_angles(self.path.at(time)), anchors)
-        return (yield from self.solver.solve(state, conditions))
+        anchors = replace(self._anchors(state, began, time), allowed=self.touches.times <= time)
+        return (yield from self.solver.solve(state, Conditions(self._reference(time), anchors)))
 
-    def _giving_way(self, state: RestState, _: float, time: float, __: bool) -> Work[RestState | None]:
+    def _giving_way(self, state: RestState, began: float, time: float, _: bool) -> Work[RestState | None]:
         """Move the references on, the object, without weight, giving way to the fingers; None if it is lost."""
-        reference = self.synergies.joint_angles(self.path.at(time))
-        return (yield from self._rested(state, np.zeros(6), FREE_DRAG, reference))
+        anchors = self._anchors(state, began, time)
+        return (yield from self._rested(state, Conditions(self._reference(time), anchors, np.zeros(6), FREE_DRAG)))
+
+    def _reference(self, time: float) -> Array:
+        """Return the posture of the references at a time [rad], of shape (n_q,)."""
+        return self.synergies.joint_angles(self.path.at(time))
+
+    def _anchors(self, state: RestState, began: float = np.inf, time: float = -np.inf) -> Anchors:
+        """Return where the contacts of a state are; of those that touch in a span of time, where they touch."""
+        touches, n_c = self.touches, len(state.gaps)
+        fresh = ((touches.times >= began) & (touches.times <= time))[:, None]
+        centres, postures = np.where(fresh, touches.centres, state.centres), np.where(fresh, touches.postures, state.q)
+        return Anchors(centres, postures, np.full(n_c, True))
 
     def _advance(
         self, state: RestState, began: float, time: float, step: Step, depth: int = 0
@@ -130,12 +135,13 @@ class Walk:
 
     def _free(self, state: RestState, wrench: Array, creeping: bool) -> Work[RestState | None]:
         """Return the next state of rest of the free object, None if it is lost."""
-        found = yield from self._rested(state, wrench, 0.0)
+        reference = self._reference(2.0)
+        found = yield from self._rested(state, Conditions(reference, self._anchors(state), wrench))
         if found is not None or not creeping:
             return found
         # Where fingers slide far there is no way there by equilibria alone: the object creeps until it rests.
         for drag in DRAGS:
-            crept = yield from self._rested(state, wrench, drag)
+            crept = yield from self._rested(state, Conditions(reference, self._anchors(state), wrench, drag))
             if crept is None:
                 continue
             self.slip = self.slip + crept.slips
@@ -143,23 +149,14 @@ class Walk:
             state = crept
             if drag * moved < CREPT:
                 return state
-            found = yield from self._rested(state, wrench, 0.0)
+            found = yield from self._rested(state, Conditions(reference, self._anchors(state), wrench))
             if found is not None:
                 return found
         return None
 
-    def _rested(
-        self, state: RestState, wrench: Array, drag: float, reference: Array | None = None
-    ) -> Work[RestState | None]:
-        """Return the state of rest of the free object under a drag, None if there is none within the limits.
-
-        The references are the last ones, unless others are given.
-        """
-        n_c = len(state.gaps)
-        if reference is None:
-            reference = self.synergies.joint_angles(self.path.squeezing)
-        anchors = Anchors(state.centres, np.tile(state.q, (n_c, 1)), np.full(n_c, True))
-        found = yield from self.solver.solve(state, Conditions(reference, anchors, wrench, drag))
+    def _rested(self, state: RestState, conditions: Conditions) -> Work[RestState | None]:
+        """Return the next state of rest of the free object, None if there is none within the limits."""
+        found = yield from self.solver.solve(state, conditions)
         if found is None:
             return None
         moved, turned = self.motion(found)

@@ -167,7 +167,8 @@ class ClosingRecord(Record):
     push: Number = Field(description="N")
     pushes: list[Optional] = Field(description="how far a push along +x, +y, +z, −x, −y, −z moves the object, m")
     holds_free: bool | None = Field(
-        default=None, description="whether it holds them, too, where nothing holds the object while the hand closes"
+        default=None,
+        description="whether it holds the load cases' pushes where nothing holds the object as the hand closes",
     )
 
 

@@ -24,7 +24,7 @@ from .small_cost import SmallCost
 from .stops import JointStops
 
 SMALL_COSTS: tuple[SmallCost, ...] = (ForceSharing(), JointStops(), MeanPosture(), ClosingNormals())
-"""What experience prefers among grasps that are equally good otherwise; but for the last, off unless a weight is given."""
+"""What experience prefers among grasps that are equally good otherwise; but for the last, off without a weight."""
 
 
 @dataclass(frozen=True)
