@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..analysis.ladder import palm_errors
 from ..analysis.tolerance import least_tolerance
 from ..exceptions import GraspPlannerError
 from ..grasp.grasp import Grasp
@@ -60,6 +61,9 @@ CLOSING_MARGINS: dict[str, Margin] = {
         1.0 - float(grasp.closing.cone_use.max()) if grasp.closing.rests else -math.inf
     ),
     "closing: share of torque left": lambda grasp: 1.0 - grasp.closing.torque_use,
+    "closing: − slip [m]": lambda grasp: -float(grasp.closing.slip.max()),
+    "closing, object free: holds": lambda grasp: float(bool(grasp.closing.holds_free)),
+    "closing, object free: palms off held": lambda grasp: float(sum(each.holds for each in palm_errors(grasp))),
 }
 """Margins of the quasi-static closing, its certificate; without a state of rest, the least there is."""
 
