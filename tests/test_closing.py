@@ -307,3 +307,37 @@ def test_works_are_sent_what_they_wait_for():
     assert run_together(doubling, [tree(1), tree(2), leaf(7)]) == [[2, 20, 200], [4, 40, 400], 14]
     assert doubling.calls == 2
     assert run_together(doubling, []) == []
+
+
+def test_an_object_that_nothing_holds_follows_a_palm_that_is_off():
+    grasp = stored("loads")  # a cylinder along z
+    assert grasp.closing.holds and grasp.closing.holds_free
+
+    def off(shift):
+        return replace(grasp, palm_pose=replace(grasp.palm_pose, translation=grasp.palm_pose.translation + shift))
+
+    palms = [off(np.array(shift)) for shift in ([0.0, 0.0, 0.0], [2e-3, 0.0, 0.0], [0.0, 0.0, 2e-3])]
+    still, across, along = close_grasps(palms, grasp.closing.path, safety=1.0, free=True)
+    assert still.holds and across.holds and along.holds
+    assert 1e-3 < across.displacement < 3e-3
+    np.testing.assert_allclose(along.forces, still.forces, atol=0.05 * np.abs(still.forces).max())
+    for report in (still, across):
+        weight = grasp.problem.external_wrench[:3]
+        np.testing.assert_allclose(report.forces.sum(axis=0), -weight, atol=0.05 * np.linalg.norm(weight) + 5e-3)
+    # What gives way is pressed less than what is held.
+    (held,) = close_grasps([palms[1]], grasp.closing.path, safety=1.0)
+    assert np.linalg.norm(across.forces) < np.linalg.norm(held.forces)
+    (slippery,) = close_grasps([changed(grasp, friction=0.03)], grasp.closing.path, safety=1.0, free=True)
+    assert not slippery.holds
+
+
+def test_one_that_closes_around_a_free_object_goes_before_one_that_slides_less(grasp):
+    lean = changed(grasp, force_law="springs", force_weight=None, task_weight=None).problem
+    found = FoundGrasps()
+    for index, free in enumerate([False, True]):
+        pose = replace(grasp.palm_pose, translation=grasp.palm_pose.translation + 2e-3 * index)
+        each = replace(grasp, problem=lean, palm_pose=pose)
+        report = replace(grasp.closing, slip=(1.0 + index) * 1e-3 * np.ones(5), holds_free=free)
+        each.__dict__.update(closing=report, alignments=((10.0, False),), objective=1.0 + index)
+        found.keep(each)
+    assert found.surest_closing().closing.holds_free

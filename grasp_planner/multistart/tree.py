@@ -55,8 +55,8 @@ class _Level:
     Parents are counted among the joints of the depth before.
     """
 
-    parents: Indices
-    moving: Indices
+    parents: Indices | slice
+    moving: Indices | slice
     fixed: Array
     turning: Array
     lifting: Array
@@ -153,8 +153,8 @@ class BatchedTree:
             turns = skew(self._axes[moving] * ~self.slides[moving][:, None])
             self._levels.append(
                 _Level(
-                    parents=np.searchsorted(before, parents),
-                    moving=moving,
+                    parents=_evenly(np.searchsorted(before, parents)),
+                    moving=_evenly(moving),
                     fixed=fixed,
                     turning=fixed @ turns,
                     lifting=fixed @ turns @ turns,
@@ -162,6 +162,13 @@ class BatchedTree:
                     slides=(fixed @ (self._axes[moving] * self.slides[moving][:, None])[..., None])[..., 0],
                 )
             )
+
+
+def _evenly(indices: Indices) -> Indices | slice:
+    """Return indices as a slice where they rise evenly: what a slice takes is not copied."""
+    first, step = int(indices[0]), int(indices[1] - indices[0]) if len(indices) > 1 else 1
+    even = step > 0 and np.array_equal(indices, first + step * np.arange(len(indices)))
+    return slice(first, first + step * len(indices), step) if even else indices
 
 
 def cross(first: Array, second: Array) -> Array:
