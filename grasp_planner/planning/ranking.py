@@ -15,6 +15,8 @@ ALIKE_ANGLE, ALIKE_PLACE = 0.05, 0.005
 MORE_ANGLE_DEG, MORE_COST = 5.0, 4.0
 """Angle that a task may lose against its ellipsoid [degrees], and factor by which the objective may grow, for fingers
 that slide less while they close: a task is then transmitted at least half as well."""
+TOGETHER = 8
+"""Grasps of which it is looked at together how they close."""
 MOST_KEPT = 256
 """Different grasps that are kept; beyond them the best half of those no two of which are alike."""
 
@@ -112,10 +114,18 @@ class FoundGrasps:
         return next(iter(self.ranked(most_force)), None)
 
     def closing(self, most_force: float = math.inf) -> list[Grasp]:
-        """Return the different grasps that close from an open hand, the best first; F is at most ``most_force``."""
+        """Return of the best grasps those that close from an open hand, the best first; F is at most ``most_force``.
+
+        So many are looked at together, and worse ones only where none of these closes.
+        """
         ranked = [grasp for grasp in self.ranked(most_force) if not _excess(grasp, most_force)]
-        find_closings(ranked)
-        return [grasp for grasp in ranked if grasp.closing.holds]
+        for begin in range(0, len(ranked), TOGETHER):
+            tried = ranked[begin : begin + TOGETHER]
+            find_closings(tried)
+            found = [grasp for grasp in tried if grasp.closing.holds]
+            if found:
+                return found
+        return []
 
     def surest_closing(self, most_force: float = math.inf) -> Grasp | None:
         """Return the one that closes most surely of those that serve every task nearly as well as the best that closes.
