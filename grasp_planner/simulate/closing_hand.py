@@ -20,7 +20,7 @@ from .world import World
 
 SET_S = 0.004
 """Time between set-points [s]."""
-FIRM_RATE, FIRM_S = 10.0, 0.5
+FIRM_RATE, FIRM_S = 10.0, 1.0
 """Squeezing on: how many times the plan's forces are added each second, and for how long [s]."""
 
 
@@ -93,13 +93,20 @@ def close_hand(world: World, path: ReferencePath, run: Callable[[float], None]) 
 
 
 def _squeeze_on(world: World, path: ReferencePath, run: Callable[[float], None]) -> None:
-    """Move the references on until the efforts are large enough, a joint is at its torque limit or the way ends."""
+    """Move the references on until the efforts are large enough, a joint is at its torque limit or the way ends.
+
+    How far contacts stay within their cones counts from where the efforts are as planned: with the palm off, fingers
+    first have to arrive.
+    """
     assert path.onward is not None
     motors, bounds = MotorEfforts(world, path), holding_range(world.grasp.problem)
-    share, reach = 0.0, path.onward.reach
+    share, end = 0.0, path.onward.reach
     for _ in range(round(FIRM_S / SET_S)):
-        if share < reach and motors.ratio < world.protocol.firmness and motors.torque_use < 1.0:
-            share = min(reach, share + FIRM_RATE * SET_S)
+        ratio = motors.ratio
+        if ratio < 1.0:
+            end = share + path.onward.reach
+        if share < end and ratio < world.protocol.firmness and motors.torque_use < 1.0:
+            share = min(end, share + FIRM_RATE * SET_S)
             goal = path.squeezing + share * path.onward.way
             world.set_references(goal if bounds is None else np.clip(goal, *bounds))
         run(SET_S)

@@ -71,6 +71,11 @@ def test_no_motor_squeezes_on_with_a_joint_at_its_torque_limit_or_where_a_contac
     short = replace(path, onward=replace(path.onward, reach=0.2))
     way = closed(grasp, HANDED, short).references - path.squeezing
     np.testing.assert_allclose(way, 0.2 * path.onward.way, atol=1e-12)
+    with monkeypatch.context() as patch:
+        # Before the efforts are as planned, fingers have to arrive: nothing slides yet.
+        patch.setattr(MotorEfforts, "ratio", property(lambda self: 0.5))
+        farther = closed(grasp, HANDED, short).references - path.squeezing
+    assert np.linalg.norm(farther) > 2.0 * np.linalg.norm(way)
     monkeypatch.setattr(MotorEfforts, "torque_use", property(lambda self: 1.0))
     np.testing.assert_array_equal(closed(grasp, HANDED, path).references, path.squeezing)
 
