@@ -83,4 +83,6 @@ def test_a_plan_keeps_the_pressure(path):
     grasp = gp.plan_grasp(soft, options=options)
     assert grasp.feasible
     assert PressureLimit(1.0, 1e6).pressure(grasp.load_check.largest_normal, radius) <= most * (1 + 1e-5)
-    assert grasp.margins.passive.size < free.margins.passive.size
+    for each in (grasp, free):  # of one grasp, the limit can only take away
+        bound, unbound = (replace(each, problem=with_it).margins.passive.size for with_it in (soft, free.problem))
+        assert bound <= unbound * (1 + 1e-9)
