@@ -25,6 +25,7 @@ from .geometry_mesh import collision_content
 from .hull_fit import FittedHull
 from .mesh_fit import fit_mesh
 from .motion import HandMotion
+from .solids import HandSolids
 from .source import HandSource
 from .tendons import TENDONS, Tendons, described_tendons
 
@@ -167,9 +168,7 @@ class Hand(Value):
         """
         sets = self.description.contact_sets
         if not sets or not all(sets.values()):
-            raise InvalidValueError(
-                f"contact_sets of hand {self.name}", {}, "at least one set with at least one contact frame"
-            )
+            raise InvalidValueError(f"contact_sets of hand {self.name}", {}, "at least one set with a contact frame")
         name = set_name if set_name is not None else next(iter(sets))
         if name not in sets:
             raise NameNotFoundError("contact set", name, sets)
@@ -199,6 +198,11 @@ class Hand(Value):
                     fitted[key] = fit_mesh(entry.geometry)
                 found[entry.name] = fitted[key]
         return found
+
+    @cached_property
+    def solids(self) -> HandSolids:
+        """The collision geometries, with what does not change when they move."""
+        return HandSolids.of(self.model, self.collision_model, self.description.collision.ignore)
 
     @cached_property
     def torque_limits(self) -> Array:
@@ -291,7 +295,5 @@ class Hand(Value):
         )
         fingers, _ = find_fingers(motion)
         if not fingers:
-            raise InvalidValueError(
-                f"synergies of hand {self.name}", CLOSING, "a hand with fingers, or a set of a file"
-            )
+            raise InvalidValueError(f"synergies of hand {self.name}", CLOSING, "fingers that close, or a set of a file")
         return closing_synergies(find_closing(motion, fingers))

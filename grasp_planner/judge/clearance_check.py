@@ -21,6 +21,7 @@ from ..hand.configuration import HandConfiguration
 from ..hand.contact_frame import SKIN, ContactFrame, ContactPatch
 from ..hand.hand import Hand
 from ..hand.hull_fit import point_distance
+from ..hand.solids import HandSolids, ball_around
 from ..problem.problem import GraspProblem
 from ..problem.term import above_zero
 from ..spatial import Array, Pose
@@ -84,54 +85,70 @@ def configuration_clearances(
     Args:
         problem: Hand, object, contact set and the height of the ground.
         configuration: The hand in O.
-        near: Pairs whose balls around them are farther apart than this are left out [m]; with 0 all that overlap
-            are there.
+        near: Pairs farther apart than this are left out [m]: with 0 those that do not overlap.
     """
-    hand, nearest = problem.hand, ExactDistance().nearest
-    entries = list(hand.collision_model.geometryObjects)
-    solids = [entry.geometry for entry in entries]
-    links = [hand.model.frames[entry.parentFrame].name for entry in entries]
-    joints = [int(entry.parentJoint) for entry in entries]
-    placements = configuration.geometry_placements()
-    poses = [coal.Transform3s(pose.rotation, pose.translation) for pose in placements]
+    placed = _PlacedSolids(problem.hand.solids, configuration.geometry_placements(), near)
+    found = [*_from_object(problem, placed), *_from_each_other(placed)]
+    return tuple(found if problem.clearance.ground is None else [*found, *_from_ground(problem, placed)])
+
+
+class _PlacedSolids:
+    """The solids of a hand in O, and what coal says of their distances up to a limit."""
+
+    def __init__(self, solids: HandSolids, placements: Sequence[pin.SE3], near: float) -> None:
+        self.solids, self.near = solids, near
+        self.centres = solids.ball_centres(placements)
+        self._exact, self._placements = ExactDistance(), placements
+
+    def pose(self, row: int) -> Any:
+        """Return the pose of a solid, as coal takes it."""
+        placement = self._placements[row]
+        return coal.Transform3s(placement.rotation, placement.translation)
+
+    def nearest(self, row: int, other: Any, pose: Any) -> tuple[float, Array, Array] | None:
+        """Return the distance from another solid at a pose, and the nearest points [m]; None beyond the limit."""
+        value, points_a, points_b = self._exact.nearest(self.solids.geometries[row], self.pose(row), other, pose)
+        return None if value > self.near else (value, points_a, points_b)
+
+
+def _from_object(problem: GraspProblem, placed: _PlacedSolids) -> Iterator[Clearance]:
+    """Yield the clearances from the object of the solids the balls of which are near the box around it."""
+    solids, solid, identity = placed.solids, problem.grasp_object.solid, coal.Transform3s()
     exempt_joints = {frame.joint_id for frame in problem.frames if frame.radius == 0.0}
     touching_joints = {frame.joint_id for frame in problem.frames}
-    mesh_error = min(problem.grasp_object.solid.distance_error, TOLERATED)
     skin_joints = {frame.joint_id for frame in problem.frames if frame.patch is not None}
-    solid, identity = problem.grasp_object.solid.coal_geometry(), coal.Transform3s()
-    centres, radii = _balls([*solids, solid], [*placements, pin.SE3.Identity()])
-    apart = np.linalg.norm(centres[:, None] - centres, axis=2) - radii[:, None] - radii > near
-    found = []
-    for row, (link, joint) in enumerate(zip(links, joints, strict=True)):
-        if apart[row, -1]:
+    mesh_error = min(solid.distance_error, TOLERATED)
+    geometry = solid.coal_geometry()
+    ball_around(geometry)
+    box = geometry.aabb_local
+    outside = np.maximum(np.maximum(box.min_ - placed.centres, placed.centres - box.max_), 0.0)
+    apart = np.linalg.norm(outside, axis=1) - solids.radii
+    for row in np.flatnonzero(~(apart > placed.near)).tolist():
+        if (found := placed.nearest(row, geometry, identity)) is None:
             continue
-        value, on_link, on_object = nearest(solids[row], poses[row], solid, identity)
+        link, joint = solids.links[row], solids.joints[row]
         tolerated = (mesh_error if joint in touching_joints else 0.0) + (SKIN if joint in skin_joints else 0.0)
-        pair = Clearance("link_object", link, "object", value, on_link, on_object, joint in exempt_joints, tolerated)
-        found.append(pair)
-    ignored = {frozenset(pair) for pair in hand.description.collision.ignore}
-    for j, second in enumerate(solids):
-        for i in np.flatnonzero(~apart[j, :j]).tolist():
-            if joints[i] == joints[j] or frozenset((links[i], links[j])) in ignored:
-                continue
-            value, on_a, on_b = nearest(solids[i], poses[i], second, poses[j])
-            found.append(Clearance("self_collision", links[i], links[j], value, on_a, on_b))
-    if problem.clearance.ground is not None:
-        ground = coal.Halfspace(np.array(problem.up), float(problem.clearance.ground))
-        heights = centres[:-1] @ problem.up - problem.clearance.ground - radii[:-1]
-        for row in np.flatnonzero(heights <= near).tolist():
-            value, on_link, below = nearest(solids[row], poses[row], ground, identity)
-            found.append(Clearance("ground", links[row], "ground", value, on_link, below))
-    return tuple(found)
+        yield Clearance("link_object", link, "object", *found, joint in exempt_joints, tolerated)
 
 
-def _balls(solids: Sequence[Any], placements: Sequence[Any]) -> tuple[Array, Array]:
-    """Return centres in O and radii of balls around solids at their places [m], of shapes (n, 3) and (n,)."""
-    for solid in solids:
-        if solid.aabb_radius < 0.0:  # not known yet
-            solid.computeLocalAABB()
-    centres = [placement.act(solid.aabb_center) for solid, placement in zip(solids, placements, strict=True)]
-    return np.array(centres), np.array([solid.aabb_radius for solid in solids])
+def _from_each_other(placed: _PlacedSolids) -> Iterator[Clearance]:
+    """Yield the clearances between solids the balls of which are near each other."""
+    solids, centres, radii = placed.solids, placed.centres, placed.solids.radii
+    apart = np.linalg.norm(centres[:, None] - centres, axis=2) - radii[:, None] - radii
+    for j, i in np.argwhere((solids.checked & ~(apart > placed.near)).T).tolist():
+        if (found := placed.nearest(i, solids.geometries[j], placed.pose(j))) is not None:
+            yield Clearance("self_collision", solids.links[i], solids.links[j], *found)
+
+
+def _from_ground(problem: GraspProblem, placed: _PlacedSolids) -> Iterator[Clearance]:
+    """Yield the clearances from the ground of the solids the balls of which are near it."""
+    level, identity = problem.clearance.ground, coal.Transform3s()
+    assert level is not None
+    ground = coal.Halfspace(np.array(problem.up), float(level))
+    apart = placed.centres @ problem.up - level - placed.solids.radii
+    for row in np.flatnonzero(~(apart > placed.near)).tolist():
+        if (found := placed.nearest(row, ground, identity)) is not None:
+            yield Clearance("ground", placed.solids.links[row], "ground", *found)
 
 
 def least_distance(clearances: tuple[Clearance, ...], kind: ClearanceKind) -> Clearance | None:
@@ -200,8 +217,8 @@ def contact_off_link(problem: GraspProblem, configuration: HandConfiguration, no
 
 def touching_solids(hand: Hand, frame: ContactFrame) -> list[Any]:
     """Return the collision geometries of the link that a contact with a radius belongs to; none of a point's."""
-    entries = hand.collision_model.geometryObjects
-    return [entry for entry in entries if int(entry.parentJoint) == frame.joint_id and frame.radius > 0.0]
+    entries, joints = hand.collision_model.geometryObjects, hand.solids.joints
+    return [entries[row] for row, joint in enumerate(joints) if joint == frame.joint_id and frame.radius > 0.0]
 
 
 def _gap(geometry: Any, point: Array) -> float:

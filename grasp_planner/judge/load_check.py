@@ -101,13 +101,13 @@ def check_loads(problem: GraspProblem, forces: Array, normals: Array, jacobian: 
     loads, mass = problem.loads, problem.grasp_object.mass
     response = _answer(problem, grasp, jacobian)
     friction = problem.friction / loads.friction_safety
-    cones = [friction_margins(f, normals, friction).min() for f in case_forces(forces, response, loads.cases(mass))]
+    cones = friction_margins(case_forces(forces, response, loads.cases(mass)), normals, friction)
     rows = np.einsum("ij,ijk->ik", normals, response.reshape(*normals.shape, -1))
     low, high = _extremes(problem, normal_forces(forces, normals), rows)
     least, largest = float(low.min()), float(high.max())
     low, high = _extremes(problem, jacobian.T @ forces.ravel(), jacobian.T @ response)
     excess = float((np.maximum(high, -low) - problem.torque_limits).max())
-    return LoadCheck(friction=float(np.min(cones)), least_normal=least, largest_normal=largest, torque=excess)
+    return LoadCheck(friction=float(cones.min()), least_normal=least, largest_normal=largest, torque=excess)
 
 
 def load_force_changes(problem: GraspProblem, grasp: Array, jacobian: Array) -> Array:

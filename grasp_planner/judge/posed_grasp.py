@@ -285,7 +285,7 @@ class PosedGrasp(Value):
 
     @cached_property
     def near_clearances(self) -> tuple[Clearance, ...]:
-        """Those of :attr:`clearances` that may be overlaps: of solids the balls around which overlap."""
+        """Those of :attr:`clearances` that are overlaps; what is farther apart is not even measured."""
         return configuration_clearances(self.problem, self.configuration, near=0.0)
 
     def overlap(self, kind: ClearanceKind) -> float:

@@ -16,13 +16,13 @@ def normal_forces(forces: Array, normals: Array) -> Array:
     """Return f_n = n·f of each contact, positive when the finger pushes.
 
     Args:
-        forces: Contact forces [N], of shape (n_c, 3).
+        forces: Contact forces [N], of shape (…, n_c, 3).
         normals: Unit normals into the object, of shape (n_c, 3).
 
     Returns:
-        Normal forces [N], of shape (n_c,).
+        Normal forces [N], of shape (…, n_c).
     """
-    return np.einsum("ij,ij->i", forces, normals)
+    return np.einsum("...ij,ij->...i", forces, normals)
 
 
 def friction_margins(forces: Array, normals: Array, friction: npt.ArrayLike) -> Array:
@@ -31,16 +31,16 @@ def friction_margins(forces: Array, normals: Array, friction: npt.ArrayLike) -> 
     A hard finger transmits no torque; the condition implies f_n ≥ 0.
 
     Args:
-        forces: Contact forces [N], of shape (n_c, 3).
+        forces: Contact forces [N], of shape (…, n_c, 3).
         normals: Unit normals into the object, of shape (n_c, 3).
         friction: Coefficient of friction μ, one number or one for each contact.
 
     Returns:
-        Margins [N], of shape (n_c,).
+        Margins [N], of shape (…, n_c).
     """
     normal = normal_forces(forces, normals)
-    tangential = forces - normal[:, None] * normals
-    return np.asarray(friction) * normal - np.linalg.norm(tangential, axis=1)
+    tangential = forces - normal[..., None] * normals
+    return np.asarray(friction) * normal - np.linalg.norm(tangential, axis=-1)
 
 
 def friction_angles(forces: Array, normals: Array) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from ..spatial import Array
 from .base import SurfaceSample
 from .simplify import simplified
-from .triangles import exact_distance, nearest_points
+from .triangles import Triangles
 
 if TYPE_CHECKING:
     import trimesh
@@ -226,7 +226,7 @@ def measured_error(mesh: trimesh.Trimesh, grid: DistanceGrid) -> float:
     points = np.asarray(points) + lift[:, None] * mesh.face_normals[faces]
     on, around = _edge_points(mesh, grid.axes.resolution, rng)
     points = np.vstack([points, on, around])
-    exact = exact_distance(mesh, points)
+    exact = Triangles.of(mesh).signed_distance(points)
     counts = np.append(np.full(len(points) - len(around), True), exact[-len(around) :] >= 0.0)
     return SAFETY * float(np.abs(grid.sample(points[counts]).distance - exact[counts]).max())
 
@@ -245,7 +245,7 @@ def _edge_points(mesh: trimesh.Trimesh, resolution: float, rng: np.random.Genera
     weight[ends] += 1.0 / max(len(ends), 1)
     corners = vertices[rng.choice(len(vertices), EDGE_PROBES, p=weight / weight.sum())]
     beside = corners + rng.uniform(-resolution, resolution, corners.shape)
-    points = [corners, nearest_points(mesh, beside).points]
+    points = [corners, Triangles.of(mesh).nearest(beside).points]
     if len(sharp):
         start, end = vertices[sharp[:, 0]], vertices[sharp[:, 1]]
         length = np.linalg.norm(end - start, axis=1)
@@ -263,8 +263,8 @@ def _distances(mesh: trimesh.Trimesh, axes: GridAxes) -> Array:
     Where fingertip centres are, BAND_OUTSIDE, exact nodes are no farther apart than SPACING.
     """
     nodes = [axes.nodes(axis) for axis in range(3)]
-    coarse = [line[::STRIDE] for line in nodes]
-    values = exact_distance(mesh, _product(coarse)).reshape([len(line) for line in coarse])
+    coarse, triangles = [line[::STRIDE] for line in nodes], Triangles.of(mesh)
+    values = triangles.signed_distance(_product(coarse)).reshape([len(line) for line in coarse])
     fine = 2 * axes.resolution <= SPACING
     inside = BAND_INSIDE * axes.resolution
     for stride, outside in ((2, BAND_OUTSIDE if fine else 0.0), (1, inside if fine else BAND_OUTSIDE)):
@@ -274,7 +274,7 @@ def _distances(mesh: trimesh.Trimesh, axes: GridAxes) -> Array:
         slack = STRIDE * axes.resolution  # what interpolation between every fourth node may be wrong by
         near = (values < outside + slack) & (values > -(inside + slack))
         points = [line[::stride][index] for line, index in zip(nodes, np.nonzero(near), strict=True)]
-        values[near] = exact_distance(mesh, np.column_stack(points))
+        values[near] = triangles.signed_distance(np.column_stack(points))
     return values
 
 

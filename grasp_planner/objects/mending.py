@@ -17,7 +17,7 @@ from ..exceptions import FileFormatError
 from ..spatial import Indices
 from .holes import filled, open_edges
 from .sides import OVERLAP_ALLOWED, Sides, probed_sides
-from .triangles import winding_number
+from .triangles import Triangles
 
 if TYPE_CHECKING:
     import trimesh
@@ -210,7 +210,7 @@ def _parts_turned(mesh: trimesh.Trimesh, sides: Sides, done: list[str]) -> tuple
         if np.linalg.det(corners[part] - corners[part].mean(axis=(0, 1))).sum() >= 0.0:
             continue
         rest = trimesh.Trimesh(mesh.vertices, np.delete(faces, part, axis=0), process=False)
-        if len(rest.faces) and winding_number(rest, corners[part[:1], 0])[0] > 0.5:
+        if len(rest.faces) and Triangles.of(rest).winding_number(corners[part[:1], 0])[0] > 0.5:
             continue
         faces[part] = faces[part][:, ::-1]
         count += 1
@@ -238,6 +238,6 @@ def _united(mesh: trimesh.Trimesh) -> trimesh.Trimesh | None:
         return union
     step = 0.05 * np.sqrt(np.asarray(mesh.area_faces))[:, None] * np.asarray(mesh.face_normals)
     outer = mesh.copy()
-    outer.update_faces(winding_number(mesh, np.asarray(mesh.triangles_center) + step) < 0.5)
+    outer.update_faces(Triangles.of(mesh).winding_number(np.asarray(mesh.triangles_center) + step) < 0.5)
     outer.remove_unreferenced_vertices()
     return outer if len(outer.faces) and not len(open_edges(outer)) and probed_sides(outer).sound else None

@@ -16,9 +16,10 @@ from ..spatial import Array, readonly
 from ..values import exact_text
 from .base import MASSES, GraspObject, SurfaceSample
 from .mesh_solid import LARGE, SMALL, MeshSolid, load_mesh_solid, zone_of
+from .normal_spread import normal_spread
 from .patches import opposed_patches
 from .pressure_limit import PressureLimit
-from .triangles import NearestPoints, nearest_points, normal_spread
+from .triangles import NearestPoints, Triangles
 from .zone import Zone
 
 if TYPE_CHECKING:
@@ -186,11 +187,16 @@ class MeshObject(GraspObject):
 
     def nearest(self, points: Array) -> NearestPoints:
         """Return the nearest points of the triangles themselves; see the base class."""
-        return nearest_points(self.mesh, points)
+        return self._triangles.nearest(points)
 
     def normal_spread(self, points: Array, radius: float) -> Array:
         """Return the spread of the triangles' normals; see the base class."""
-        return normal_spread(self.mesh, points, radius)
+        return normal_spread(self._triangles, points, radius)
+
+    @cached_property
+    def _triangles(self) -> Triangles:
+        """The triangles in O."""
+        return Triangles(np.array(self.size * self.loaded.vertices), np.array(self.loaded.faces, dtype=np.int64))
 
     def region(self, points: Array) -> tuple[Array, Array]:
         """Evaluate how far points are inside the zones that may be touched; see the base class."""

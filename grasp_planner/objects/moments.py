@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..spatial import Array, readonly
-from .triangles import winding_number
+from .triangles import Triangles
 
 if TYPE_CHECKING:
     import trimesh
@@ -33,7 +33,7 @@ def solid_moments(mesh: trimesh.Trimesh, *, overlapping: bool = False) -> tuple[
     low, cell = np.asarray(mesh.bounds[0]), float(mesh.extents.max()) / CELLS
     lines = [low[k] + cell * (np.arange(np.ceil(mesh.extents[k] / cell)) + 0.5) for k in range(3)]
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
-    points = points[winding_number(mesh, points) > 0.5]
+    points = points[Triangles.of(mesh).winding_number(points) > 0.5]
     centre = points.mean(axis=0)
     arms = points - centre
     spread = arms.T @ arms / len(arms) + cell**2 / 12 * np.eye(3)

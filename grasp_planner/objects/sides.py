@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..spatial import Array
-from .triangles import winding_number
+from .triangles import Triangles
 
 if TYPE_CHECKING:
     import trimesh
@@ -63,13 +63,14 @@ def probed_sides(mesh: trimesh.Trimesh) -> Sides:
     normals, area = np.asarray(mesh.face_normals)[pick], np.asarray(mesh.area_faces)[pick]
     # No farther off than a fraction of the triangle itself: neighbours at sharp creases are not reached.
     step = np.minimum(1e-4 * mesh.extents.max(), 0.05 * np.sqrt(area))[:, None]
-    inside = winding_number(mesh, centres - step * normals)
-    outside = winding_number(mesh, centres + step * normals)
+    winding_number = Triangles.of(mesh).winding_number
+    inside = winding_number(centres - step * normals)
+    outside = winding_number(centres + step * normals)
     off = np.maximum(np.abs(inside - np.round(inside)), np.abs(outside - np.round(outside)))
     area[-PROBES:] = area.sum() / PROBES  # spread evenly already: both halves count alike
     total = max(float(area.sum()), 1e-300)
     worst = int(np.argmax(off))
-    around = winding_number(mesh, np.random.default_rng(0).uniform(mesh.bounds[0], mesh.bounds[1], (PROBES, 3)))
+    around = winding_number(np.random.default_rng(0).uniform(mesh.bounds[0], mesh.bounds[1], (PROBES, 3)))
     filled = max(int((np.abs(around) > 0.5).sum()), 1)
     return Sides(
         folded=float(area[(np.abs(inside - 1.0) > 0.5) | (np.abs(outside) > 0.5)].sum()) / total,

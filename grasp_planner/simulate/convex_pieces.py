@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..objects.triangles import exact_distance
+from ..objects.triangles import Triangles
 from ..spatial import Array
 
 if TYPE_CHECKING:
@@ -117,6 +117,6 @@ def _standing_out(hull: trimesh.Trimesh, mesh: trimesh.Trimesh) -> tuple[float, 
     import trimesh
 
     points = np.vstack([trimesh.sample.sample_surface(hull, SAMPLES, seed=0)[0], hull.triangles_center])
-    distance = exact_distance(mesh, points)
+    distance = Triangles.of(mesh).signed_distance(points)
     worst = int(np.argmax(distance))
     return float(distance[worst]), points[worst]

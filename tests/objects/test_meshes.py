@@ -19,7 +19,7 @@ from grasp_planner.objects import MeshWarning, grid_cache, mesh_file, mesh_solid
 from grasp_planner.objects.moments import solid_moments
 from grasp_planner.objects.sides import probed_sides
 from grasp_planner.objects.simplify import simplified
-from grasp_planner.objects.triangles import exact_distance
+from grasp_planner.objects.triangles import Triangles
 
 from .helpers import central_differences, surface_points
 
@@ -46,7 +46,7 @@ def test_error_against_the_exact_distance(solid):
     points = surface_points(solid, 3000, seed=5)
     lifted = points + np.random.default_rng(5).uniform(0.0, 0.012, (3000, 1)) * solid.sample(points).gradient
     for cloud in (points, lifted):
-        error = np.abs(solid.sample(cloud).distance - exact_distance(solid.mesh, cloud))
+        error = np.abs(solid.sample(cloud).distance - Triangles.of(solid.mesh).signed_distance(cloud))
         assert error.max() < 3e-4
         assert np.median(error) < 2e-5
     assert 0.0 < solid.distance_error < 3e-4
@@ -78,8 +78,8 @@ def test_derivatives_agree_with_finite_differences(solid):
 def test_coal_geometry_is_the_mesh(solid):
     """Coal's distance from small balls outside agrees with the exact one."""
     points = np.random.default_rng(3).normal(0.0, 0.05, (30, 3))
-    points = points[exact_distance(solid.mesh, points) > 0.002]
-    for point, exact in zip(points, exact_distance(solid.mesh, points), strict=True):
+    points = points[Triangles.of(solid.mesh).signed_distance(points) > 0.002]
+    for point, exact in zip(points, Triangles.of(solid.mesh).signed_distance(points), strict=True):
         placement = coal.Transform3s(np.eye(3), point)
         request, result = coal.DistanceRequest(), coal.DistanceResult()
         found = coal.distance(coal.Sphere(0.001), placement, solid.coal_geometry(), coal.Transform3s(), request, result)
@@ -98,7 +98,7 @@ def test_second_derivatives_are_continuous(solid):
 def test_sign_and_far_field(solid):
     """Deep inside φ < 0; beyond the grid it grows with the distance."""
     far = 3.0 * np.eye(3)
-    np.testing.assert_allclose(solid.sample(far).distance, exact_distance(solid.mesh, far), rtol=0.1)
+    np.testing.assert_allclose(solid.sample(far).distance, Triangles.of(solid.mesh).signed_distance(far), rtol=0.1)
     inside = surface_points(solid, 50) - 0.002 * solid.sample(surface_points(solid, 50)).gradient
     assert (solid.sample(inside).distance < 0.0).mean() > 0.95
 
@@ -369,7 +369,7 @@ def test_many_triangles_are_simplified_for_the_nodes_only():
     ball = trimesh.creation.icosphere(subdivisions=6, radius=0.03)
     fewer = simplified(ball, 2e-5)
     assert len(fewer.faces) < len(ball.faces) / 2
-    assert np.abs(exact_distance(fewer, surface_points_of(ball, 500))).max() < 4e-5
+    assert np.abs(Triangles.of(fewer).signed_distance(surface_points_of(ball, 500))).max() < 4e-5
     assert simplified(fewer, 1e-9) is fewer
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
-from grasp_planner.objects.triangles import exact_distance
+from grasp_planner.objects.triangles import Triangles
 from grasp_planner.records.grasp_record import grasp_record
 
 from .test_state_derivatives import MESHES, SHAPES
@@ -39,7 +39,7 @@ def test_contacts_touch_the_real_mesh(mesh_texts, name):
     grasp = gp.plan_grasp(problem, seed=1, options=QUICK)
     assert grasp.feasible, grasp.verdict
     centres = grasp.contacts.points - problem.radii[:, None] * grasp.contacts.normals
-    exact = exact_distance(problem.grasp_object.mesh, centres)
+    exact = Triangles.of(problem.grasp_object.mesh).signed_distance(centres)
     np.testing.assert_allclose(exact, problem.radii, atol=3e-4)
     again = gp.grasp_from_record(grasp_record(grasp), problem.hand)
     assert again.feasible

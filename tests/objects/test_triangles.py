@@ -16,9 +16,9 @@ from grasp_planner.grasp.verdict import on_edges
 from grasp_planner.judge.surface_check import FOOTPRINT, SPREAD
 from grasp_planner.model.contacts import Contacts
 from grasp_planner.multistart.problem_rows import BatchedProblem
-from grasp_planner.objects import triangles
 from grasp_planner.objects.distance_grid import build_distance_grid
-from grasp_planner.objects.triangles import exact_distance, nearest_points, normal_spread
+from grasp_planner.objects.normal_spread import normal_spread
+from grasp_planner.objects.triangles import Triangles
 from grasp_planner.planning.program import GraspProgram
 from grasp_planner.problem.cone_reserve import NORMAL_ERROR, cone_reserve
 from grasp_planner.spatial import Pose
@@ -49,24 +49,26 @@ def test_sides_follow_the_winding_number():
     kind = igl.SignedDistanceType.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
     misled = (igl.signed_distance(points, vertices, faces, sign_type=kind)[0] < 0.0) != inside
     assert misled.mean() > 0.001
-    np.testing.assert_array_equal(exact_distance(mesh, points) < 0.0, inside)
+    np.testing.assert_array_equal(Triangles.of(mesh).signed_distance(points) < 0.0, inside)
 
 
 def test_sides_of_many_points_take_few_winding_numbers(monkeypatch):
     """Points that a ball without surface joins have one winding number; none of them is on another side for it."""
     mesh = folded_tube()
     points = np.random.default_rng(1).uniform(mesh.bounds[0] - 0.02, mesh.bounds[1] + 0.02, (20000, 3))
-    inside, asked = triangles.winding_number(mesh, points) > 0.5, []
-    whole = triangles.winding_number
-    monkeypatch.setattr(triangles, "winding_number", lambda m, p: asked.append(len(p)) or whole(m, p))
-    np.testing.assert_array_equal(exact_distance(mesh, points) < 0.0, inside)
+    inside, asked = Triangles.of(mesh).winding_number(points) > 0.5, []
+    whole = Triangles.winding_number
+    monkeypatch.setattr(Triangles, "winding_number", lambda own, p: asked.append(len(p)) or whole(own, p))
+    np.testing.assert_array_equal(Triangles.of(mesh).signed_distance(points) < 0.0, inside)
     assert sum(asked) < 10000
 
 
 def test_nearest_points_of_a_box():
     """Face, edge and inside: distance, nearest point and outward normal by hand."""
     mesh = trimesh.creation.box((0.04, 0.06, 0.08))
-    found = nearest_points(mesh, np.array([[0.03, 0.0, 0.01], [0.023, 0.034, 0.0], [0.018, 0.0, 0.0], [0.02, 0, 0.02]]))
+    found = Triangles.of(mesh).nearest(
+        np.array([[0.03, 0.0, 0.01], [0.023, 0.034, 0.0], [0.018, 0.0, 0.0], [0.02, 0, 0.02]])
+    )
     np.testing.assert_allclose(found.distance, [0.01, 0.005, -0.002, 0.0], atol=1e-12)
     np.testing.assert_allclose(
         found.points, [[0.02, 0, 0.01], [0.02, 0.03, 0], [0.02, 0, 0], [0.02, 0, 0.02]], atol=1e-12
@@ -78,11 +80,11 @@ def test_normals_under_a_footprint():
     """An edge of a box counts within the radius only; the far side of a thin plate does not count."""
     mesh = trimesh.creation.box((0.04, 0.06, 0.08))
     points = np.array([[0.02, 0.0, 0.0], [0.02, 0.0288, 0.0], [0.02, 0.0292, 0.0]])
-    np.testing.assert_allclose(normal_spread(mesh, points, 1e-3), [0.0, 0.0, np.pi / 2], atol=1e-6)
+    np.testing.assert_allclose(normal_spread(Triangles.of(mesh), points, 1e-3), [0.0, 0.0, np.pi / 2], atol=1e-6)
     plate = trimesh.creation.box((0.06, 0.06, 0.0005)).subdivide().subdivide().subdivide().subdivide()
-    assert normal_spread(plate, np.array([[0.001, 0.002, 0.00025]]), 1e-3)[0] < 1e-6
+    assert normal_spread(Triangles.of(plate), np.array([[0.001, 0.002, 0.00025]]), 1e-3)[0] < 1e-6
     ball = trimesh.creation.icosphere(subdivisions=4, radius=0.02)
-    assert 0.0 < normal_spread(ball, ball.triangles_center[:1], 1e-3)[0] < 2 * 3e-3 / 0.02
+    assert 0.0 < normal_spread(Triangles.of(ball), ball.triangles_center[:1], 1e-3)[0] < 2 * 3e-3 / 0.02
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -98,7 +100,7 @@ def test_triangles_inside_are_no_edges(turned):
         np.vstack([box.vertices, inner.vertices]), np.vstack([box.faces, inner.faces + len(box.vertices)])
     )
     assert len(solid.vertices) == len(box.vertices) + 3
-    spread = normal_spread(solid, np.array([middle, [0.02, 0.0, 0.02]]), FOOTPRINT)
+    spread = normal_spread(Triangles.of(solid), np.array([middle, [0.02, 0.0, 0.02]]), FOOTPRINT)
     assert (spread[0] > 1.0) == turned
     assert spread[1] == pytest.approx(np.pi / 2)
 
@@ -109,7 +111,9 @@ def test_folds_in_the_plane_of_the_surface_are_no_edges():
     top = np.flatnonzero(box.face_normals[:, 2] > 0.9)
     faces = np.vstack([box.faces, box.faces[top][:, ::-1], box.faces[top]])
     solid = trimesh.Trimesh(box.vertices, faces, process=False)
-    assert normal_spread(solid, np.array([[0.004, 0.001, 0.02]]), FOOTPRINT)[0] == pytest.approx(0.0, abs=1e-6)
+    assert normal_spread(Triangles.of(solid), np.array([[0.004, 0.001, 0.02]]), FOOTPRINT)[0] == pytest.approx(
+        0.0, abs=1e-6
+    )
 
 
 def test_normals_under_a_footprint_of_closed_forms():
@@ -142,9 +146,9 @@ def test_the_stated_error_is_no_less_than_the_measured_one():
         edges = ends[rng.integers(len(ends), size=12000)]
         share = rng.uniform(size=(12000, 1))
         on = share * edges[:, 0] + (1 - share) * edges[:, 1]
-        beside = nearest_points(mesh, on + rng.uniform(-1.5e-3, 1.5e-3, on.shape)).points
+        beside = Triangles.of(mesh).nearest(on + rng.uniform(-1.5e-3, 1.5e-3, on.shape)).points
         points = np.vstack([on, beside, on + rng.uniform(-0.007, 0.007, on.shape)])
-        exact = exact_distance(mesh, points)
+        exact = Triangles.of(mesh).signed_distance(points)
         counts = exact > -1e-9
         assert np.abs(grid.sample(points[counts]).distance - exact[counts]).max() <= grid.error, mesh.extents
 
