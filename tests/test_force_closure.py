@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import grasp_planner as gp
+from grasp_planner.model.contact_model import HardFinger, SoftFinger
+from grasp_planner.model.force_closure import force_closure_margin, shows_force_closure
 
 WEIGHT = np.array([0.0, 0.0, -1.962, 0.0, 0.0, 0.0])
 
@@ -76,3 +78,25 @@ def test_friction_margins_and_force_norm():
     np.testing.assert_allclose(gp.model.friction_margins(forces, normals, 0.5), [0.0, 0.2], atol=1e-15)
     assert gp.model.force_norm(forces, normals) == pytest.approx(math.sqrt(5.0))
     assert gp.model.friction_margins(-forces, normals, 0.5).max() < 0.0
+
+
+@pytest.mark.parametrize("model", [HardFinger(), SoftFinger(0.005)])
+def test_forces_show_force_closure_only_where_there_is_one(model, rng):
+    """Of random contacts on a ball: what forces show the cone program finds too, and the best forces mostly show it."""
+    shown = closed = 0
+    for _ in range(150):
+        normals = rng.normal(size=(4, 3))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        friction, points = rng.uniform(0.2, 1.0), -0.03 * normals + rng.normal(0.0, 0.005, (4, 3))
+        forces = rng.uniform(0.0, 2.0, (4, 1)) * model.covectors(normals) + rng.normal(0.0, 0.1, (4, model.dimension))
+        margin = force_closure_margin(points, normals, friction, model)
+        if shows_force_closure(points, normals, friction, forces, model):
+            assert margin > 0.0
+            shown += 1
+        closed += margin > 0.0
+    assert 0.1 * closed < shown < closed
+    points, normals = ring(5)
+    assert shows_force_closure(points, normals, 0.5, normals + rng.normal(0.0, 0.02, normals.shape))
+    assert not shows_force_closure(points, normals, 0.5, np.full_like(normals, np.nan))
+    assert not shows_force_closure(points, normals, 0.5, -normals)
+    assert not shows_force_closure(points[:, [0, 0, 0]], normals, 0.5, 0.0 * normals)

@@ -13,7 +13,7 @@ from ..exceptions import InvalidValueError
 from ..hand.configuration import HandConfiguration
 from ..model.compliance import bent, contact_forces, hand_stiffness, internal_forces, joint_torques
 from ..model.contacts import Contacts, find_contacts
-from ..model.force_closure import force_closure_margin, force_norm_floor
+from ..model.force_closure import force_closure_margin, force_norm_floor, shows_force_closure
 from ..model.friction import force_norm, friction_margins, normal_forces
 from ..model.task import alignment_deg, object_synergy_map, task_index, transmission_ratio
 from ..problem.problem import GraspProblem
@@ -226,10 +226,12 @@ class PosedGrasp(Value):
         contacts, problem = self.contacts, self.problem
         return force_closure_margin(contacts.points, contacts.normals, problem.friction, problem.contact_model)
 
-    @property
+    @cached_property
     def force_closed(self) -> bool:
-        """Whether the contacts can resist any wrench."""
-        return self.force_closure_margin > 0.0
+        """Whether the contacts can resist any wrench: mostly the grasp's own forces show it."""
+        contacts, problem = self.contacts, self.problem
+        at = contacts.points, contacts.normals, problem.friction
+        return shows_force_closure(*at, self.intensities, problem.contact_model) or self.force_closure_margin > 0.0
 
     @cached_property
     def object_synergy_map(self) -> Array:

@@ -16,9 +16,14 @@ from scipy import sparse
 
 from ..spatial import Array
 from .contact_model import ContactModel, HardFinger
+from .friction import friction_margins, normal_forces
 
 HARD = HardFinger()
 """The contacts of the paper."""
+RANK = 1e-6
+"""Singular value of G, moments over the size of the grasp, above which it counts."""
+SHOWN = 1e-6
+"""Margin of friction, per mean normal force, above which forces show force closure."""
 
 
 def force_norm_floor(
@@ -85,6 +90,32 @@ def force_closure_margin(points: Array, normals: Array, friction: npt.ArrayLike,
     return force_closure_slope(points, normals, friction, model)[0]
 
 
+def shows_force_closure(
+    points: Array, normals: Array, friction: npt.ArrayLike, intensities: Array, model: ContactModel = HARD
+) -> bool:
+    """Return whether forces that are known show that a grasp is force-closed, without a cone program.
+
+    The internal part of forces inside their cones mostly is inside too. Then :func:`force_closure_margin` is positive;
+    otherwise nothing is known.
+
+    Args:
+        points: Contact points in O [m], of shape (n_c, 3).
+        normals: Unit normals into the object, of shape (n_c, 3).
+        friction: Coefficient of friction μ, one number or one for each contact.
+        intensities: The forces, or what the contacts transmit, of shape (n_c, d).
+        model: What that is.
+    """
+    size = float(np.ptp(points, axis=0).max())
+    if len(points) < model.fewest_contacts or not (np.isfinite(intensities).all() and 0.0 < size < np.inf):
+        return False
+    scaled = np.repeat([1.0, 1.0 / size], 3)[:, None] * model.grasp_matrix(points, normals)
+    _, values, rows = np.linalg.svd(scaled, full_matrices=False)
+    internal = intensities - (rows.T @ (rows @ intensities.ravel())).reshape(intensities.shape)
+    margins = friction_margins(internal, model.covectors(normals), friction)
+    mean = float(np.mean(normal_forces(internal, model.covectors(normals))))
+    return bool(len(values) == 6 and values[-1] > RANK and (margins > SHOWN * mean).all() and mean > 0.0)
+
+
 def force_closure_slope(
     points: Array, normals: Array, friction: npt.ArrayLike, model: ContactModel = HARD
 ) -> tuple[float, Array]:
@@ -104,7 +135,7 @@ def force_closure_slope(
     grasp = model.grasp_matrix(points, normals)
     scale = np.repeat([1.0, 1.0 / max(float(np.ptp(points, axis=0).max()), 1e-9)], 3)
     nothing = (-math.inf, np.zeros_like(grasp))
-    if len(points) < model.fewest_contacts or np.linalg.matrix_rank(scale[:, None] * grasp, tol=1e-6) < 6:
+    if len(points) < model.fewest_contacts or np.linalg.matrix_rank(scale[:, None] * grasp, tol=RANK) < 6:
         return nothing
     # Variables (λ, s): s is subtracted in the first row of every cone.
     n_c = len(points)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model.force_closure import force_closure_margin
+from ..model.force_closure import force_closure_margin, shows_force_closure
 from ..multistart.pool import Pool
 from ..multistart.problem_rows import BatchedProblem
 from ..multistart.states import States
@@ -82,8 +82,9 @@ def pooled_starts(
 def force_closed(batched: BatchedProblem, found: States) -> bool:
     """Return whether the contacts of a batch of one are force-closed; those under a book on a hand are not."""
     contacts, problem = batched.contacts(found), batched.problem
-    points = contacts.points[0]
-    return force_closure_margin(points, contacts.normals[0], problem.friction, problem.contact_model) > 0.0
+    at, model = (contacts.points[0], contacts.normals[0], problem.friction), problem.contact_model
+    shown = model.dimension == 3 and shows_force_closure(*at, found.forces[0], model)
+    return shown or force_closure_margin(*at, model) > 0.0
 
 
 def random_states(batched: BatchedProblem, number: int, rng: np.random.Generator) -> States:
