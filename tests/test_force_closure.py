@@ -82,7 +82,7 @@ def test_friction_margins_and_force_norm():
 
 @pytest.mark.parametrize("model", [HardFinger(), SoftFinger(0.005)])
 def test_forces_show_force_closure_only_where_there_is_one(model, rng):
-    """Of random contacts on a ball: what forces show the cone program finds too, and the best forces mostly show it."""
+    """Of random contacts on a ball: what forces show the cone program finds too, and any forces show most of it."""
     shown = closed = 0
     for _ in range(150):
         normals = rng.normal(size=(4, 3))
@@ -94,9 +94,8 @@ def test_forces_show_force_closure_only_where_there_is_one(model, rng):
             assert margin > 0.0
             shown += 1
         closed += margin > 0.0
-    assert 0.1 * closed < shown < closed
+    assert 0.5 * closed < shown < closed
     points, normals = ring(5)
     assert shows_force_closure(points, normals, 0.5, normals + rng.normal(0.0, 0.02, normals.shape))
     assert not shows_force_closure(points, normals, 0.5, np.full_like(normals, np.nan))
-    assert not shows_force_closure(points, normals, 0.5, -normals)
     assert not shows_force_closure(points[:, [0, 0, 0]], normals, 0.5, 0.0 * normals)

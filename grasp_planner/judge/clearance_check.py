@@ -99,11 +99,14 @@ class _PlacedSolids:
         self.solids, self.near = solids, near
         self.centres = solids.ball_centres(placements)
         self._exact, self._placements = ExactDistance(), placements
+        self._poses: dict[int, Any] = {}
 
     def pose(self, row: int) -> Any:
         """Return the pose of a solid, as coal takes it."""
-        placement = self._placements[row]
-        return coal.Transform3s(placement.rotation, placement.translation)
+        if row not in self._poses:
+            placement = self._placements[row]
+            self._poses[row] = coal.Transform3s(placement.rotation, placement.translation)
+        return self._poses[row]
 
     def nearest(self, row: int, other: Any, pose: Any) -> tuple[float, Array, Array] | None:
         """Return the distance from another solid at a pose, and the nearest points [m]; None beyond the limit."""
@@ -210,8 +213,12 @@ def contact_off_link(problem: GraspProblem, configuration: HandConfiguration, no
             continue
         pose = poses[frame.joint_id]
         touch = pose.rotation.T @ (centre + frame.radius * normal - pose.translation)
-        gaps = [_gap(entry.geometry, np.array(entry.placement.actInv(touch))) for entry in solids]
-        worst = np.maximum(worst, np.min(gaps) - SKIN)
+        least = math.inf
+        for entry in solids:
+            least = np.minimum(least, _gap(entry.geometry, np.array(entry.placement.actInv(touch))))
+            if least <= SKIN:
+                break
+        worst = np.maximum(worst, least - SKIN)
     return above_zero(worst)
 
 

@@ -228,7 +228,7 @@ class PosedGrasp(Value):
 
     @cached_property
     def force_closed(self) -> bool:
-        """Whether the contacts can resist any wrench: mostly the grasp's own forces show it."""
+        """Whether the contacts can resist any wrench: mostly forces near its own show it."""
         contacts, problem = self.contacts, self.problem
         at = contacts.points, contacts.normals, problem.friction
         return shows_force_closure(*at, self.intensities, problem.contact_model) or self.force_closure_margin > 0.0

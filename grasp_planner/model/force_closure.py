@@ -16,7 +16,7 @@ from scipy import sparse
 
 from ..spatial import Array
 from .contact_model import ContactModel, HardFinger
-from .friction import friction_margins, normal_forces
+from .friction import normal_forces
 
 HARD = HardFinger()
 """The contacts of the paper."""
@@ -24,6 +24,8 @@ RANK = 1e-6
 """Singular value of G, moments over the size of the grasp, above which it counts."""
 SHOWN = 1e-6
 """Margin of friction, per mean normal force, above which forces show force closure."""
+TURNS, INNER, LEAST_NORMAL = 5, 0.9, 0.05
+"""How often forces are brought inside, to what share of the cones, and the least normal force, the mean being 1."""
 
 
 def force_norm_floor(
@@ -93,10 +95,10 @@ def force_closure_margin(points: Array, normals: Array, friction: npt.ArrayLike,
 def shows_force_closure(
     points: Array, normals: Array, friction: npt.ArrayLike, intensities: Array, model: ContactModel = HARD
 ) -> bool:
-    """Return whether forces that are known show that a grasp is force-closed, without a cone program.
+    """Return whether forces inside the cones are found soon that show that a grasp is force-closed.
 
-    The internal part of forces inside their cones mostly is inside too. Then :func:`force_closure_margin` is positive;
-    otherwise nothing is known.
+    From forces that are known, by turns their internal part is taken and what is outside the cones is brought in. Where
+    that ends inside, :func:`force_closure_margin`, a cone program, is positive; otherwise nothing is known.
 
     Args:
         points: Contact points in O [m], of shape (n_c, 3).
@@ -110,10 +112,22 @@ def shows_force_closure(
         return False
     scaled = np.repeat([1.0, 1.0 / size], 3)[:, None] * model.grasp_matrix(points, normals)
     _, values, rows = np.linalg.svd(scaled, full_matrices=False)
-    internal = intensities - (rows.T @ (rows @ intensities.ravel())).reshape(intensities.shape)
-    margins = friction_margins(internal, model.covectors(normals), friction)
-    mean = float(np.mean(normal_forces(internal, model.covectors(normals))))
-    return bool(len(values) == 6 and values[-1] > RANK and (margins > SHOWN * mean).all() and mean > 0.0)
+    if len(values) < 6 or values[-1] <= RANK:
+        return False
+    covectors, coefficients = model.covectors(normals), np.broadcast_to(friction, len(normals))
+    found = covectors + intensities / max(float(np.abs(normal_forces(intensities, covectors)).mean()), 1e-12)
+    for _ in range(TURNS):
+        found = found - (rows.T @ (rows @ found.ravel())).reshape(found.shape)
+        normal = normal_forces(found, covectors)
+        tangential = found - normal[:, None] * covectors
+        length = np.linalg.norm(tangential, axis=1)
+        if (coefficients * normal - length > SHOWN * np.abs(normal).mean()).all():
+            return True
+        inner = INNER * coefficients
+        normal = np.maximum(np.maximum(normal, (normal + length / np.maximum(inner, 1e-12)) / 2), LEAST_NORMAL)
+        shorter = np.minimum(1.0, inner * normal / np.maximum(length, 1e-12))
+        found = normal[:, None] * covectors + shorter[:, None] * tangential
+    return False
 
 
 def force_closure_slope(
