@@ -20,7 +20,6 @@ from ..planning.planner import MOST_GRASPS, plan_grasps
 from ..planning.side_contacts import said_of
 from ..planning.trade import task_angle, trade_front, trade_text, traded_grasps
 from ..problem.term import own_costs
-from ..records.grasp_files import grasp_json, grasp_list_json
 from ..values import number_text
 from .margins import margin_rows, new_table, print_verdict
 from .options import planner_options, problem_from_options, problem_options, search_options
@@ -104,6 +103,8 @@ def plan(
             diagnosis = explain_infeasibility(grasp, seed=seed)
         console.print(f"[bold]why not[/]\n{diagnosis.text}", highlight=False)
     if json_file is not None:
+        from ..records.grasp_files import grasp_json, grasp_list_json  # slow to import
+
         write_or_print(grasp_json(grasp) if count == 1 else grasp_list_json(grasps), json_file)
     if picture is not None:
         from ..drawing.picture import save_picture
