@@ -62,6 +62,10 @@ MUTATIONS = (
         "above_zero(problem.grasp_object.solid.sample",
     ),
     Mutation("judge/clearance_check.py", "-float(normal @ axis)", "float(normal @ axis)"),
+    Mutation("judge/clearance_check.py", "placed.centres - box.max_), 0.0)", "box.max_ - placed.centres), 0.0)"),
+    Mutation("judge/clearance_check.py", "None if value > self.near", "None if value > self.near - 1e-3"),
+    Mutation("hand/solids.py", "joints[i] != joints[j] and frozenset", "frozenset"),
+    Mutation("hand/solids.py", "frozenset((links[i], links[j])) not in free", "True"),
     Mutation("judge/clearance_check.py", "pair.kind == kind and not pair.exempt", "pair.kind == kind"),
     Mutation("judge/load_check.py", "problem.friction / loads.friction_safety", "problem.friction"),
     Mutation("judge/load_check.py", "np.maximum(high, -low) - problem.torque_limits", "high - problem.torque_limits"),
@@ -107,6 +111,35 @@ MUTATIONS = (
         "return float(found[-1]), -np.outer",
         "return 1.0, -np.outer",
         (*JUDGE, "tests/test_force_closure.py"),
+    ),
+    Mutation("model/force_closure.py", "values[-1] <= RANK", "False", ("tests/test_force_closure.py",)),
+    Mutation(
+        "model/force_closure.py",
+        "rows.T @ (rows @ found.ravel())",
+        "0.0 * found.ravel()",
+        ("tests/test_force_closure.py",),
+    ),
+    Mutation(
+        "model/force_closure.py",
+        "(coefficients * normal - length > SHOWN",
+        "(normal - length > SHOWN",
+        ("tests/test_force_closure.py",),
+    ),
+    Mutation(
+        "objects/normal_spread.py", "sides != 0), sides", "sides != 9), sides", ("tests/objects/test_triangles.py",)
+    ),
+    Mutation("objects/normal_spread.py", "near.owners[:, None] * len", "0 * len", ("tests/objects/test_triangles.py",)),
+    Mutation(
+        "objects/normal_spread.py",
+        "found.distance <= radius",
+        "found.distance < 9.0",
+        ("tests/objects/test_triangles.py",),
+    ),
+    Mutation(
+        "objects/triangles.py",
+        "np.where(self._inside(points, distance), -1.0",
+        "np.where(False, -1.0",
+        ("tests/objects/test_triangles.py",),
     ),
     Mutation(
         "judge/stability.py", "return by_q + self.preload, by_nu", "return by_q, by_nu", ("tests/test_stability.py",)

@@ -99,3 +99,13 @@ def test_forces_show_force_closure_only_where_there_is_one(model, rng):
     assert shows_force_closure(points, normals, 0.5, normals + rng.normal(0.0, 0.02, normals.shape))
     assert not shows_force_closure(points, normals, 0.5, np.full_like(normals, np.nan))
     assert not shows_force_closure(points[:, [0, 0, 0]], normals, 0.5, 0.0 * normals)
+
+
+def test_forces_at_contacts_in_one_line_show_nothing():
+    """They may balance inside their cones, yet nothing resists a turn about the line."""
+    points = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    normals = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    forces = np.array([[1.0, -0.2, 0.0], [-1.0, -0.2, 0.0], [0.0, 0.4, 0.0]])
+    assert not shows_force_closure(points, normals, 0.5, forces)
+    assert force_closure_margin(points, normals, 0.5) == -math.inf
+    assert not shows_force_closure(points, normals, 0.5, np.full_like(normals, np.inf))

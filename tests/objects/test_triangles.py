@@ -105,6 +105,21 @@ def test_triangles_inside_are_no_edges(turned):
     assert spread[1] == pytest.approx(np.pi / 2)
 
 
+def test_what_is_far_under_a_slope_is_not_near():
+    """Triangles of a box that stands on a corner reach far into each other's bounding boxes, and count no farther."""
+    box = trimesh.creation.box((0.04, 0.04, 0.04))
+    box.apply_transform(trimesh.transformations.euler_matrix(0.7, 0.6, 0.5))
+    points = box.triangles.mean(axis=1)
+    np.testing.assert_allclose(normal_spread(Triangles.of(box), points, FOOTPRINT), 0.0, atol=1e-6)
+
+
+def test_points_do_not_join_each_other_s_patches():
+    """At the rim of a thin plate both sides hang together, in its middle they do not, asked for at once or not."""
+    plate = Triangles.of(trimesh.creation.box((0.04, 0.04, 0.0005)))
+    points = np.array([[0.0, 0.001, 0.00025], [0.02, 0.001, 0.0], [0.0, 0.001, -0.00025]])
+    np.testing.assert_allclose(normal_spread(plate, points, FOOTPRINT), [0.0, np.pi, 0.0], atol=1e-6)
+
+
 def test_folds_in_the_plane_of_the_surface_are_no_edges():
     """A triangle there and back and there again is one."""
     box = trimesh.creation.box((0.04, 0.04, 0.04))
