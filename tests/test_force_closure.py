@@ -103,9 +103,9 @@ def test_forces_show_force_closure_only_where_there_is_one(model, rng):
 
 def test_forces_at_contacts_in_one_line_show_nothing():
     """They may balance inside their cones, yet nothing resists a turn about the line."""
-    points = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    normals = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    forces = np.array([[1.0, -0.2, 0.0], [-1.0, -0.2, 0.0], [0.0, 0.4, 0.0]])
+    points = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0], [0.01, 0.0, 0.0]])
+    normals = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    forces = normals * np.array([[1.0], [2.0], [1.0]])
     assert not shows_force_closure(points, normals, 0.5, forces)
     assert force_closure_margin(points, normals, 0.5) == -math.inf
     assert not shows_force_closure(points, normals, 0.5, np.full_like(normals, np.inf))
