@@ -112,7 +112,6 @@ MUTATIONS = (
         "return 1.0, -np.outer",
         (*JUDGE, "tests/test_force_closure.py"),
     ),
-    Mutation("model/force_closure.py", "values[-1] <= RANK", "False", ("tests/test_force_closure.py",)),
     Mutation(
         "model/force_closure.py",
         "rows.T @ (rows @ found.ravel())",
