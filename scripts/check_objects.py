@@ -23,7 +23,8 @@ from everyday_meshes import EVERYDAY
 import grasp_planner as gp
 from grasp_planner.judge.surface_check import FOOTPRINT, SPREAD
 from grasp_planner.objects.mesh_object import MeshObject
-from grasp_planner.objects.triangles import normal_spread
+from grasp_planner.objects.normal_spread import normal_spread
+from grasp_planner.objects.triangles import Triangles
 
 
 def exact_contacts(grasp: gp.Grasp) -> tuple[float, int, int]:
@@ -38,7 +39,7 @@ def exact_contacts(grasp: gp.Grasp) -> tuple[float, int, int]:
     pressing = (grasp.forces * inward).sum(axis=1)
     sliding = np.linalg.norm(grasp.forces - pressing[:, None] * inward, axis=1)
     outside = sliding > grasp.problem.friction * pressing + 1e-6
-    on_edge = normal_spread(mesh, np.asarray(nearest), FOOTPRINT) > SPREAD + 1e-6
+    on_edge = normal_spread(Triangles.of(mesh), np.asarray(nearest), FOOTPRINT) > SPREAD + 1e-6
     return float(np.abs(distance - radii).max()), int(on_edge.sum()), int(outside.sum())
 
 

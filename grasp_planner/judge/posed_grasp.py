@@ -287,7 +287,7 @@ class PosedGrasp(Value):
 
     @cached_property
     def near_clearances(self) -> tuple[Clearance, ...]:
-        """Those of :attr:`clearances` that are overlaps; what is farther apart is not even measured."""
+        """Those of :attr:`clearances` that are overlaps; of pairs that are far apart nothing is measured."""
         return configuration_clearances(self.problem, self.configuration, near=0.0)
 
     def overlap(self, kind: ClearanceKind) -> float:

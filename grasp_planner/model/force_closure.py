@@ -25,7 +25,7 @@ RANK = 1e-6
 SHOWN = 1e-6
 """Margin of friction, per mean normal force, above which forces show force closure."""
 TURNS, INNER, LEAST_NORMAL = 5, 0.9, 0.05
-"""How often forces are brought inside, to what share of the cones, and the least normal force, the mean being 1."""
+"""How often forces are brought inside, to what share of the cones, and the least normal force, at first about 2."""
 
 
 def force_norm_floor(

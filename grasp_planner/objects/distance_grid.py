@@ -224,14 +224,17 @@ def measured_error(mesh: trimesh.Trimesh, grid: DistanceGrid) -> float:
     lift = rng.uniform(0.0, AROUND, PROBES)
     lift[: PROBES // 2] = 0.0
     points = np.asarray(points) + lift[:, None] * mesh.face_normals[faces]
-    on, around = _edge_points(mesh, grid.axes.resolution, rng)
+    triangles = Triangles.of(mesh)
+    on, around = _edge_points(mesh, triangles, grid.axes.resolution, rng)
     points = np.vstack([points, on, around])
-    exact = Triangles.of(mesh).signed_distance(points)
+    exact = triangles.signed_distance(points)
     counts = np.append(np.full(len(points) - len(around), True), exact[-len(around) :] >= 0.0)
     return SAFETY * float(np.abs(grid.sample(points[counts]).distance - exact[counts]).max())
 
 
-def _edge_points(mesh: trimesh.Trimesh, resolution: float, rng: np.random.Generator) -> tuple[Array, Array]:
+def _edge_points(
+    mesh: trimesh.Trimesh, triangles: Triangles, resolution: float, rng: np.random.Generator
+) -> tuple[Array, Array]:
     """Return where a grid is worst: on sharp edges and beside corners, and up to 12 mm around both.
 
     Returns:
@@ -245,7 +248,7 @@ def _edge_points(mesh: trimesh.Trimesh, resolution: float, rng: np.random.Genera
     weight[ends] += 1.0 / max(len(ends), 1)
     corners = vertices[rng.choice(len(vertices), EDGE_PROBES, p=weight / weight.sum())]
     beside = corners + rng.uniform(-resolution, resolution, corners.shape)
-    points = [corners, Triangles.of(mesh).nearest(beside).points]
+    points = [corners, triangles.nearest(beside).points]
     if len(sharp):
         start, end = vertices[sharp[:, 0]], vertices[sharp[:, 1]]
         length = np.linalg.norm(end - start, axis=1)

@@ -71,7 +71,7 @@ class _Near:
         boxes = [((low <= point + radius) & (high >= point - radius)).all(axis=1) & sized for point in points[known]]
         rows, faces = np.nonzero(np.reshape(boxes, (len(known), len(sized))))
         owners = known[rows]
-        closest = np.asarray(trimesh.triangles.closest_point(triangles.corners[faces], points[owners]))
+        closest = np.asarray(trimesh.triangles.closest_point(triangles.corners(faces), points[owners]))
         found = cls(faces, owners, closest, np.linalg.norm(closest - points[owners], axis=1))
         return found.take(found.distance <= radius)
 
@@ -91,7 +91,7 @@ def _sides(triangles: Triangles, near: _Near, radius: float) -> Indices:
     Where a solid folds over itself, triangles inside have it on both sides: no finger meets them. Where folds lie on
     each other in one plane, some of those that make the surface are turned the other way.
     """
-    inwards = triangles.corners[near.faces].mean(axis=1) - near.closest  # off the border, where others begin
+    inwards = triangles.corners(near.faces).mean(axis=1) - near.closest  # off the border, where others begin
     length = np.linalg.norm(inwards, axis=1, keepdims=True)
     looked = near.closest + inwards * np.minimum(1.0, 0.1 * radius / np.maximum(length, 1e-12))
     step = BESIDE * radius * triangles.normals[near.faces]

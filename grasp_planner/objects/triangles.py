@@ -22,6 +22,8 @@ CHUNK = 400_000
 """Points whose exact distance is computed at once."""
 FEW, CELL_SIZES = 1000, 6
 """Points up to which each has a winding number of its own, and how many sizes of cells share one otherwise."""
+LINE = 1e-9
+"""Area up to which a triangle is a line, in shares of its sides' squares."""
 TOUCHING = 1e-4
 """Distance below which the direction to the nearest point says nothing and the triangle's normal is taken [m]."""
 
@@ -58,31 +60,34 @@ class Triangles:
         """Return the triangles of a mesh as it is now."""
         return cls(np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64))
 
-    @cached_property
-    def corners(self) -> Array:
-        """Corners of each triangle [m], of shape (n_f, 3, 3)."""
-        return self.vertices[self.faces]
+    def corners(self, faces: Indices) -> Array:
+        """Return the corners of some triangles [m], of shape (n, 3, 3)."""
+        return self.vertices[self.faces[faces]]
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
         """Least and largest coordinates of each triangle [m], both of shape (n_f, 3)."""
-        return self.corners.min(axis=1), self.corners.max(axis=1)
+        corners = self.vertices[self.faces]
+        return corners.min(axis=1), corners.max(axis=1)
 
-    @cached_property
+    @property
     def areas(self) -> Array:
         """Areas [m²], of shape (n_f,)."""
-        return np.linalg.norm(self._crosses, axis=1) / 2
+        return self._shapes[0]
 
-    @cached_property
+    @property
     def normals(self) -> Array:
-        """Unit outward normals, of shape (n_f, 3); zero of triangles without area."""
-        return self._crosses / np.maximum(2 * self.areas, 1e-300)[:, None]
+        """Unit outward normals, of shape (n_f, 3); zero of triangles that are lines but for rounding."""
+        return self._shapes[1]
 
     @cached_property
-    def _crosses(self) -> Array:
-        """Products of two sides of each triangle [m²]."""
-        first, second, third = self.corners.swapaxes(0, 1)
-        return np.cross(second - first, third - first)
+    def _shapes(self) -> tuple[Array, Array]:
+        """Areas and normals."""
+        sides = self.vertices[self.faces[:, 1:]] - self.vertices[self.faces[:, :1]]
+        crosses = np.cross(sides[:, 0], sides[:, 1])
+        double = np.linalg.norm(crosses, axis=1)
+        flat = double <= LINE * np.einsum("ijk,ijk->i", sides, sides)
+        return double / 2, np.where(flat[:, None], 0.0, crosses / np.where(flat, 1.0, double)[:, None])
 
     def winding_number(self, points: Array) -> Array:
         """Return the generalized winding number around points, of shape (n,)."""

@@ -70,16 +70,16 @@ def convex_pieces(mesh: trimesh.Trimesh, tolerance: float = STANDING_OUT, most: 
     )
     if whole.is_empty():
         hull = mesh.convex_hull
-        return ConvexPieces((np.array(hull.vertices),), _standing_out(hull, mesh)[0])
+        return ConvexPieces((np.array(hull.vertices),), _standing_out(hull, Triangles.of(mesh))[0])
     waiting: list[_Piece] = []
     numbers = count()
-    left = whole.decompose()
+    left, triangles = whole.decompose(), Triangles.of(mesh)
     while left or (len(waiting) < most and -waiting[0][0] > tolerance):
         if not left:
             _, _, piece, farthest = heapq.heappop(waiting)
             left = [part for half in _halves(piece, farthest) for part in half.decompose() if part.volume() > SMALLEST]
         for part in left:
-            out, farthest = _standing_out(_hull(part), mesh)
+            out, farthest = _standing_out(_hull(part), triangles)
             heapq.heappush(waiting, (-out, next(numbers), part, farthest))
         left = []
     corners = tuple(np.asarray(_hull(piece).vertices) for _, _, piece, _ in waiting)
@@ -112,11 +112,11 @@ def _hull(piece: Any) -> trimesh.Trimesh:
     return trimesh.Trimesh(corners, faces, process=False)
 
 
-def _standing_out(hull: trimesh.Trimesh, mesh: trimesh.Trimesh) -> tuple[float, Array]:
+def _standing_out(hull: trimesh.Trimesh, solid: Triangles) -> tuple[float, Array]:
     """Return how far a hull stands out of a solid [m] and where, at points of its surface."""
     import trimesh
 
     points = np.vstack([trimesh.sample.sample_surface(hull, SAMPLES, seed=0)[0], hull.triangles_center])
-    distance = Triangles.of(mesh).signed_distance(points)
+    distance = solid.signed_distance(points)
     worst = int(np.argmax(distance))
     return float(distance[worst]), points[worst]

@@ -105,6 +105,15 @@ def test_triangles_inside_are_no_edges(turned):
     assert spread[1] == pytest.approx(np.pi / 2)
 
 
+def test_slivers_have_no_normal():
+    """Three corners in a line, but for rounding, have none; triangles as small as dust have theirs."""
+    turn = trimesh.transformations.euler_matrix(0.7, 0.6, 0.5)[:3, :3]
+    ends = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.003, 0.0, 0.0], [0.0, 1e-7, 0.0], [1e-7, 0.0, 0.0]]) @ turn.T
+    triangles = Triangles(ends, np.array([[0, 1, 2], [0, 4, 3]]))
+    np.testing.assert_allclose(triangles.normals, [np.zeros(3), turn[:, 2]], atol=1e-6)
+    np.testing.assert_allclose(triangles.areas, [0.0, 0.5e-14], atol=1e-18)
+
+
 def test_what_is_far_under_a_slope_is_not_near():
     """Triangles of a box that stands on a corner reach far into each other's bounding boxes, and count no farther."""
     box = trimesh.creation.box((0.04, 0.04, 0.04))
