@@ -62,7 +62,7 @@ MUTATIONS = (
         "above_zero(problem.grasp_object.solid.sample",
     ),
     Mutation("judge/clearance_check.py", "-float(normal @ axis)", "float(normal @ axis)"),
-    Mutation("judge/clearance_check.py", "placed.centres - box.max_), 0.0)", "box.max_ - placed.centres), 0.0)"),
+    Mutation("judge/clearance_check.py", "placed.centres - high), 0.0)", "high - placed.centres), 0.0)"),
     Mutation("judge/clearance_check.py", "None if value > self.near", "None if value > self.near - 1e-3"),
     Mutation("hand/solids.py", "joints[i] != joints[j] and frozenset", "frozenset"),
     Mutation("hand/solids.py", "frozenset((links[i], links[j])) not in free", "True"),

@@ -31,9 +31,9 @@ def found(right):
     problem = gp.GraspProblem(right, gp.Capsule(radius=0.025, height=0.1), n_synergies=8)
     kept: list[gp.Grasp] = []
 
-    def noted(grasp, most_force, check, **others):
+    def noted(grasp, most_force, check, *, closing):
         kept.append(grasp)
-        return step.off_stops(grasp, most_force, check, **others)
+        return step.off_stops(grasp, most_force, check, closing=closing)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(planner, "off_stops", noted)
@@ -102,7 +102,7 @@ def test_weights_and_grasps_on_stops_keep_no_reserve(found):
 def test_a_search_that_is_cancelled_there_keeps_what_it_found(right, monkeypatch):
     problem, asked = gp.GraspProblem(right, gp.Sphere(radius=0.035), n_synergies=8), []
 
-    def interrupted(grasp, most_force, check, **_):
+    def interrupted(grasp, most_force, check, *, closing):
         asked.append(grasp)
         check()
         raise AssertionError("the check ends it")

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..objects import GraspObject
 from ..spatial import Array
-from .link_shapes import LinkShape
+from .link_shapes import LinkShape, bounding_box
 
 TOLERANCE = 1e-12
 """GJK and EPA tolerance; with coal's default of 1e-6 normals of curved shapes are rough."""
@@ -149,7 +149,7 @@ class CoalPairs:
         self.joints_a = np.array([shape.joint for shape in first], dtype=int)
         self._first = [_geometry(shape) for shape in first]
         self._mount_a = _mounts(first)
-        bounds = [_local_bounds(shape) for shape in first]
+        bounds = [bounding_box(_geometry(shape)) for shape in first]
         self._low, self._high = np.array([b[0] for b in bounds]), np.array([b[1] for b in bounds])
 
     def distances(self, pose: HandPose, limit: float, *, in_object: bool = False) -> PairDistances:
@@ -197,10 +197,3 @@ def _geometry(shape: LinkShape) -> Any:
         return shape.geometry
     length = float(np.linalg.norm(shape.end - shape.start))
     return coal.Capsule(shape.radius, length) if length else coal.Sphere(shape.radius)
-
-
-def _local_bounds(shape: LinkShape) -> tuple[Array, Array]:
-    """Return the corners of the bounding box of a solid in the frame of its placement [m]."""
-    geometry = _geometry(shape)
-    geometry.computeLocalAABB()
-    return np.array(geometry.aabb_local.min_), np.array(geometry.aabb_local.max_)

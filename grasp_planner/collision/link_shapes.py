@@ -74,7 +74,7 @@ class LinkShape:
         if self.geometry is None:
             return self.axis_distance(point) < self.radius + radius + PATCH_SLACK
         inside = self.placement.inverse().act(point)
-        low, high = _bounding_box(self.geometry)
+        low, high = bounding_box(self.geometry)
         return bool(np.linalg.norm(inside - np.clip(inside, low, high)) < radius + PATCH_SLACK)
 
 
@@ -288,13 +288,13 @@ def _shape(hand: Hand, entry: Any, stands: Any = None) -> LinkShape:
         corners = np.array([start, end]) if half else start[None]
         radius = float(geometry.radius)
         return LinkShape(entry.name, link, joint, branch, start, end, radius, corners, radius, None, pose)
-    low, high = _bounding_box(geometry)
+    low, high = bounding_box(geometry)
     corners = np.array([pose.act(np.where(pick, high, low)) for pick in product((False, True), repeat=3)])
     centre, radius = corners.mean(axis=0), float(np.linalg.norm(high - low)) / 2
     return LinkShape(entry.name, link, joint, branch, centre, centre, radius, corners, 0.0, geometry, pose)
 
 
-def _bounding_box(geometry: Any) -> tuple[Array, Array]:
+def bounding_box(geometry: Any) -> tuple[Array, Array]:
     """Return the corners of a coal geometry's bounding box in its own frame [m]."""
     geometry.computeLocalAABB()
     return np.array(geometry.aabb_local.min_), np.array(geometry.aabb_local.max_)

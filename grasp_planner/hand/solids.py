@@ -62,6 +62,17 @@ class HandSolids:
 
 def ball_around(geometry: Any) -> tuple[Array, float]:
     """Return the centre of a ball around a coal geometry, in its frame, and the radius [m]."""
-    if geometry.aabb_radius < 0.0:  # not known yet
-        geometry.computeLocalAABB()
+    _bound(geometry)
     return np.array(geometry.aabb_center), float(geometry.aabb_radius)
+
+
+def box_around(geometry: Any) -> tuple[Array, Array]:
+    """Return the corners of the bounding box of a coal geometry, in its frame [m]."""
+    _bound(geometry)
+    return np.array(geometry.aabb_local.min_), np.array(geometry.aabb_local.max_)
+
+
+def _bound(geometry: Any) -> None:
+    """Have coal find the ball and the box of a geometry, once: of a mesh it goes through all triangles."""
+    if geometry.aabb_radius < 0.0:
+        geometry.computeLocalAABB()

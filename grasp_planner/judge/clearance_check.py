@@ -21,7 +21,7 @@ from ..hand.configuration import HandConfiguration
 from ..hand.contact_frame import SKIN, ContactFrame, ContactPatch
 from ..hand.hand import Hand
 from ..hand.hull_fit import point_distance
-from ..hand.solids import HandSolids, ball_around
+from ..hand.solids import HandSolids, box_around
 from ..problem.problem import GraspProblem
 from ..problem.term import above_zero
 from ..spatial import Array, Pose
@@ -122,9 +122,8 @@ def _from_object(problem: GraspProblem, placed: _PlacedSolids) -> Iterator[Clear
     skin_joints = {frame.joint_id for frame in problem.frames if frame.patch is not None}
     mesh_error = min(solid.distance_error, TOLERATED)
     geometry = solid.coal_geometry()
-    ball_around(geometry)
-    box = geometry.aabb_local
-    outside = np.maximum(np.maximum(box.min_ - placed.centres, placed.centres - box.max_), 0.0)
+    low, high = box_around(geometry)
+    outside = np.maximum(np.maximum(low - placed.centres, placed.centres - high), 0.0)
     apart = np.linalg.norm(outside, axis=1) - solids.radii
     for row in np.flatnonzero(~(apart > placed.near)).tolist():
         if (found := placed.nearest(row, geometry, identity)) is None:

@@ -196,7 +196,7 @@ class MeshObject(GraspObject):
     @cached_property
     def _triangles(self) -> Triangles:
         """The triangles in O."""
-        return Triangles(np.array(self.size * self.loaded.vertices), np.array(self.loaded.faces, dtype=np.int64))
+        return Triangles.of(self.mesh)
 
     def region(self, points: Array) -> tuple[Array, Array]:
         """Evaluate how far points are inside the zones that may be touched; see the base class."""

@@ -94,11 +94,6 @@ class Triangles:
         middle, volumes = self._winding
         return np.asarray(volumes.winding_number(np.ascontiguousarray(points - middle)))
 
-    def closest(self, points: Array) -> tuple[Array, Indices, Array]:
-        """Return the distances of points from the surface [m], their nearest triangles and nearest points there."""
-        square, nearest, points = self._tree.squared_distance(self.vertices, self.faces, np.ascontiguousarray(points))
-        return np.sqrt(square), np.asarray(nearest), np.asarray(points)
-
     def signed_distance(self, points: Array) -> Array:
         """Return the exact signed distance of points from the solid, negative inside [m], of shape (n,)."""
         return np.concatenate([self._signed(points[k : k + CHUNK])[0] for k in range(0, len(points), CHUNK)])
@@ -121,8 +116,10 @@ class Triangles:
 
     def _signed(self, points: Array) -> tuple[Array, Indices, Array]:
         """Return signed distances, nearest triangles and nearest points."""
-        distance, nearest, closest = self.closest(points)
-        return np.where(self._inside(points, distance), -1.0, 1.0) * distance, nearest, closest
+        square, nearest, closest = self._tree.squared_distance(self.vertices, self.faces, np.ascontiguousarray(points))
+        distance = np.sqrt(square)
+        sign = np.where(self._inside(points, distance), -1.0, 1.0)
+        return sign * distance, np.asarray(nearest), np.asarray(closest)
 
     def _inside(self, points: Array, distance: Array) -> npt.NDArray[np.bool_]:
         """Return which points are inside, by few winding numbers: in a ball without surface all are on one side.

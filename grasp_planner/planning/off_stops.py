@@ -32,9 +32,7 @@ ROUNDING = 1e-3
 """Share of the reserve that counts as rounding."""
 
 
-def off_stops(
-    grasp: Grasp, most_force: float, check: Callable[[], None], *, closing: bool, like: GraspProgram | None = None
-) -> Grasp:
+def off_stops(grasp: Grasp, most_force: float, check: Callable[[], None], *, closing: bool) -> Grasp:
     """Return a grasp with its joints off their stops, or the grasp itself where that costs too much.
 
     Args:
@@ -42,7 +40,6 @@ def off_stops(
         most_force: F that the best task may take [N].
         check: Called at every iteration; may raise to stop.
         closing: Whether a grasp that closes from an open hand has to go on doing so as surely.
-        like: A program of the same problem, of which the new one takes what it may share.
 
     Returns:
         A feasible grasp near it with no joint within two degrees of a stop, F within the bound, every task within
@@ -53,7 +50,7 @@ def off_stops(
         return grasp
     bound = max(most_force, grasp.force_norm)
     try:
-        moved = _sought(grasp, bound, check, like)
+        moved = _sought(grasp, bound, check)
     except (ValueError, FloatingPointError, np.linalg.LinAlgError):
         return grasp  # no optimum on the way there
     kept = moved.feasible and kept_reserve(moved) > 0.0 and moved.force_norm <= bound * (1.0 + MORE_FORCE)
@@ -71,9 +68,9 @@ def _closes_as_surely(moved: Grasp, grasp: Grasp) -> bool:
     return after.holds and steady and float(after.slip.max()) <= float(before.slip.max()) + MORE_SLIP
 
 
-def _sought(grasp: Grasp, most_force: float, check: Callable[[], None], like: GraspProgram | None) -> Grasp:
+def _sought(grasp: Grasp, most_force: float, check: Callable[[], None]) -> Grasp:
     """Return where the search for the best task ends with every range shorter at both ends."""
-    program = GraspProgram(grasp.problem, grasp.palm_pose, like)
+    program = GraspProgram(grasp.problem, grasp.palm_pose)
     start = program.pack(grasp.joint_angles, grasp.palm_pose, grasp.delta_sigma, grasp.contact_forces)
     z = solve_nlp(
         program.build("two", program.objective_scale(start), most_force, reserve=STOP_RESERVE),

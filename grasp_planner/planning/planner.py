@@ -238,8 +238,7 @@ class _Search:
         chosen: list[Grasp] = list(found)
         try:
             for index, grasp in enumerate(found):
-                most_force, check = self.solver.most_force, self._check_stop
-                moved = off_stops(grasp, most_force, check, closing=self.closing, like=self._program)
+                moved = off_stops(grasp, self.solver.most_force, self._check_stop, closing=self.closing)
                 others = chosen[:index] + chosen[index + 1 :]
                 if not any(alike(moved, other) for other in others):
                     chosen[index] = moved

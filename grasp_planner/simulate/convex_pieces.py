@@ -68,12 +68,13 @@ def convex_pieces(mesh: trimesh.Trimesh, tolerance: float = STANDING_OUT, most: 
             vert_properties=np.array(mesh.vertices, dtype=np.float64), tri_verts=np.array(mesh.faces, dtype=np.uint64)
         )
     )
+    triangles = Triangles.of(mesh)
     if whole.is_empty():
         hull = mesh.convex_hull
-        return ConvexPieces((np.array(hull.vertices),), _standing_out(hull, Triangles.of(mesh))[0])
+        return ConvexPieces((np.array(hull.vertices),), _standing_out(hull, triangles)[0])
     waiting: list[_Piece] = []
     numbers = count()
-    left, triangles = whole.decompose(), Triangles.of(mesh)
+    left = whole.decompose()
     while left or (len(waiting) < most and -waiting[0][0] > tolerance):
         if not left:
             _, _, piece, farthest = heapq.heappop(waiting)
